@@ -72,7 +72,7 @@ class CycleMeter {
 };
 
 /// Runs cycles back to back on virtual time, in the caller's thread.
-class BackToBackRunner final : public ecat_master::CycleRunner {
+class BackToBackRunner final : public motion::CycleRunner {
  public:
   BackToBackRunner(CycleMeter& meter, rt::Clock& clock, LineRig& rig)
       : meter_(meter), clock_(clock), rig_(rig), timer_(clock, LineRig::kPeriod) {}
@@ -97,7 +97,7 @@ class BackToBackRunner final : public ecat_master::CycleRunner {
 };
 
 /// Runs a cycle every 125 us in a real-time thread that sleeps in between, while the caller's thread empties the rings.
-class PacedRunner final : public ecat_master::CycleRunner, private rt::RealtimeTask {
+class PacedRunner final : public motion::CycleRunner, private rt::RealtimeTask {
  public:
   PacedRunner(CycleMeter& meter, rt::Clock& clock, LineRig& rig)
       : meter_(meter), clock_(clock), rig_(rig), timer_(clock, LineRig::kPeriod, kWakeAhead) {}
@@ -141,7 +141,7 @@ Figures measure(rt::Clock& clock, std::size_t axes, int cycles) {
   // Skipped periods consume the path, so it is twice as long as needed.
   LineRig rig(clock, axes, 2 * cycles * LineRig::kPeriod + std::chrono::seconds{2});
   std::unique_ptr<CycleMeter> meter;
-  rig.bring_up([&](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
+  rig.bring_up([&](ecat_master::CyclicCore& core) -> std::unique_ptr<motion::CycleRunner> {
     meter = std::make_unique<CycleMeter>(core, rig.port(), cycles);
     return std::make_unique<Runner>(*meter, clock, rig);
   });

@@ -81,8 +81,8 @@ struct Work {
 unsigned working_counter(const Frame& frame) {
   constexpr std::size_t kLength = wire::kDatagramsOffset + 6;
   const std::span bytes(frame);
-  const auto length = wire::load_le<std::uint16_t>(bytes.subspan<kLength, 2>()) & 0x7FFU;
-  return wire::load_le<std::uint16_t>(
+  const auto length = bytes::load_le<std::uint16_t>(bytes.subspan<kLength, 2>()) & 0x7FFU;
+  return bytes::load_le<std::uint16_t>(
       bytes.subspan(wire::kDatagramsOffset + wire::DatagramHeader::kSize + length).first<2>());
 }
 
@@ -166,12 +166,12 @@ class IdleLine {
     send(Command::kBwr, 0, static_cast<std::uint16_t>(0x0800 + 8 * n), raw);
   }
   void request(wire::AlState state) {
-    send(Command::kBwr, 0, 0x0120, wire::to_le_bytes(wire::AlControl{state, false, false}.raw()));
+    send(Command::kBwr, 0, 0x0120, bytes::to_le_bytes(wire::AlControl{state, false, false}.raw()));
   }
   void start_up() {
     for (std::size_t i = 0; i < count_; ++i) {
       const auto station = static_cast<std::uint16_t>(kStation + i);
-      send(Command::kApwr, static_cast<std::uint16_t>(0U - i), 0x0010, wire::to_le_bytes(station));
+      send(Command::kApwr, static_cast<std::uint16_t>(0U - i), 0x0010, bytes::to_le_bytes(station));
       std::array<std::byte, 2 * wire::FmmuEntity::kSize> fmmus{};
       wire::FmmuEntity{logical(i), kProcessData, 0, 7, kOutputs, 0, wire::FmmuEntity::kTypeWrite, true}.encode(
           std::span(fmmus).first<16>());

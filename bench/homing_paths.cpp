@@ -47,11 +47,11 @@ class Drive {
     const std::span bytes(mailbox);
     counter_ = wire::next_mailbox_counter(counter_);
     wire::MailboxHeader{10, 0, 0, 0, wire::MailboxType::kCoe, counter_}.encode(bytes.first<6>());
-    wire::store_le<std::uint16_t>(bytes.subspan(6), 0x2000);  // SDO request
-    wire::store_le(bytes.subspan(8), static_cast<std::uint8_t>(0x23U | (4U - size) << 2U));
-    wire::store_le(bytes.subspan(9), index);
-    wire::store_le(bytes.subspan(11), subindex);
-    wire::store_le(bytes.subspan(12), value);
+    bytes::store_le<std::uint16_t>(bytes.subspan(6), 0x2000);  // SDO request
+    bytes::store_le(bytes.subspan(8), static_cast<std::uint8_t>(0x23U | (4U - size) << 2U));
+    bytes::store_le(bytes.subspan(9), index);
+    bytes::store_le(bytes.subspan(11), subindex);
+    bytes::store_le(bytes.subspan(12), value);
     drive_.mailbox_request(mailbox);
     return drive_.mailbox_reply(mailbox) > 8 && mailbox[8] == std::byte{0x60};
   }

@@ -67,12 +67,12 @@ void master(int count) {
   Decoder decoder(image);
   AnsweringPort port(cyclic_frames(image));
   rt::VirtualClock clock;
-  ecat_master::TaskSchedule tasks;
+  motion::TaskSchedule tasks;
   tasks.add(decoder, {});
   ecat_master::CyclicCore::Settings settings;
   settings.slaves = kAxes;
   settings.tasks = &tasks;
-  ecat_master::CyclicCore core(port, clock, image, nullptr, ecat_master::SampleRings{}, settings);
+  ecat_master::CyclicCore core(port, clock, image, nullptr, motion::SampleRings{}, settings);
   for (int i = 0; i < count; ++i) {
     clock.advance(settings.period);
     core.cycle({i, clock.now(), clock.now(), 0});
@@ -85,8 +85,8 @@ void master(int count) {
 void cycle(int count) {
   rt::VirtualClock clock;
   LineRig rig(clock, kAxes, count * LineRig::kPeriod + std::chrono::seconds{1});
-  rig.bring_up([&](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
-    return std::make_unique<ecat_master::InlineRunner>(core, clock);
+  rig.bring_up([&](ecat_master::CyclicCore& core) -> std::unique_ptr<motion::CycleRunner> {
+    return std::make_unique<motion::InlineRunner>(core, clock);
   });
   for (int i = 0; i < count; ++i) {
     rig.master().pass(nanoseconds{1});
@@ -143,7 +143,7 @@ void codec(int count) {
     for (std::uint32_t datagram = 0; datagram < kAxes; ++datagram) {
       const auto place = builder.add(wire::Command::kLrw, static_cast<std::uint8_t>(datagram),
                                      wire::DatagramAddress::logical(0x1000 * datagram), 38);
-      wire::store_le(builder.data(*place), static_cast<std::uint32_t>(i));
+      bytes::store_le(builder.data(*place), static_cast<std::uint32_t>(i));
     }
     const auto frame = builder.finish();
     std::uint32_t sum = 0;

@@ -157,7 +157,7 @@ class MasterLoop {
     settings.slaves = static_cast<std::uint16_t>(image.places().size());
     tasks_.add(decoder_, {});
     settings.tasks = &tasks_;
-    core_ = std::make_unique<CyclicCore>(*port_, clock_, image, nullptr, ecat_master::SampleRings{}, settings);
+    core_ = std::make_unique<CyclicCore>(*port_, clock_, image, nullptr, motion::SampleRings{}, settings);
   }
   double cycle() {
     const double begin = now_ns();
@@ -194,7 +194,7 @@ class MasterLoop {
 
   rt::MonotonicClock clock_;
   Decoder decoder_;
-  ecat_master::TaskSchedule tasks_;
+  motion::TaskSchedule tasks_;
   std::unique_ptr<port::RawSocketPort> port_;
   std::unique_ptr<CyclicCore> core_;
   std::int64_t cycle_ = 0;

@@ -41,7 +41,7 @@ constexpr double kNsPerUs = 1000.0;
 
 /// Runs cycles at instants of real time, asleep in between, while the line runs on virtual time: a cycle finds the same
 /// caches as on a real line, however long the simulated drives took for the previous one.
-class WallPace final : public ecat_master::CycleRunner {
+class WallPace final : public motion::CycleRunner {
  public:
   WallPace(ecat_master::CyclicCore& core, rt::Clock& clock, LineRig& rig)
       : core_(core), clock_(clock), rig_(rig), timer_(clock, LineRig::kPeriod) {}
@@ -111,7 +111,7 @@ Line measure_line(std::size_t axes, int cycles, DriveBytes& bytes) {
   rt::VirtualClock clock;
   LineRig rig(clock, axes, all * LineRig::kPeriod + std::chrono::seconds{1});
   WallPace* pace = nullptr;
-  rig.bring_up([&](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
+  rig.bring_up([&](ecat_master::CyclicCore& core) -> std::unique_ptr<motion::CycleRunner> {
     auto runner = std::make_unique<WallPace>(core, clock, rig);
     pace = runner.get();
     return runner;

@@ -52,7 +52,7 @@ struct Window {
 };
 
 /// The cycle of 125 us as in `run`. Records into one of two windows while the caller reads the other one.
-class Cycling final : public ecat_master::CycleRunner, private rt::RealtimeTask {
+class Cycling final : public motion::CycleRunner, private rt::RealtimeTask {
  public:
   Cycling(ecat_master::CyclicCore& core, rt::Clock& clock, LineRig& rig)
       : core_(core), clock_(clock), rig_(rig), timer_(clock, LineRig::kPeriod, std::nullopt) {}
@@ -170,13 +170,13 @@ std::unique_ptr<Soak> soak_for(double seconds) {
   rt::MonotonicClock clock;
   LineRig rig(clock, kAxes, kPath);
   Cycling* cycling = nullptr;
-  rig.bring_up([&](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
+  rig.bring_up([&](ecat_master::CyclicCore& core) -> std::unique_ptr<motion::CycleRunner> {
     auto runner = std::make_unique<Cycling>(core, clock, rig);
     cycling = runner.get();
     return runner;
   });
   // At the end of their path the axes hold their positions for any time.
-  while (rig.motion().phase() == ecat_master::MotionPhase::kFollowing) rig.master().pass(10ms);
+  while (rig.motion().phase() == motion::MotionPhase::kFollowing) rig.master().pass(10ms);
   auto soak = std::make_unique<Soak>();
   const auto first = cycling->turn_over();
   const double window_s = seconds / kWindows;
@@ -192,7 +192,7 @@ std::unique_ptr<Soak> soak_for(double seconds) {
     soak->page_faults = window.page_faults - first.page_faults;
     soak->involuntary_switches = window.involuntary_switches - first.involuntary_switches;
     tell(window_s * i, seconds, window, mib);
-    if (rig.motion().phase() != ecat_master::MotionPhase::kHolding) {
+    if (rig.motion().phase() != motion::MotionPhase::kHolding) {
       throw Disturbed(fmt::format("the axes did not hold their positions after {:.0f} s: {}", window_s * i,
                                   to_text(rig.motion().phase())));
     }

@@ -83,7 +83,7 @@ Start start_line(port::Port& port, rt::Clock& clock, std::size_t count, const In
   require(master.configure(std::move(plans)));
   start.to_safe_op = lap();
   const auto make_runner = [&clock](ecat_master::CyclicCore& core) {
-    return std::make_unique<ecat_master::InlineRunner>(core, clock);
+    return std::make_unique<motion::InlineRunner>(core, clock);
   };
   const auto started = master.start_cycle(nullptr, {}, runtime::cycle_settings(config, master), make_runner);
   if (!started) throw std::runtime_error(started.error().message());

@@ -5,7 +5,7 @@
 #include <functional>
 #include <memory>
 
-#include "driveline/ecat_master/cyclic/sample_rings.hpp"
+#include "driveline/motion/cycle/sample_rings.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "support/line_rig.hpp"
@@ -174,7 +174,7 @@ void measure_stall(Report& report, TelemetryRuns& runs, const Options& options) 
 }
 
 /// Runs cycles back to back in the caller's thread.
-class Cycles final : public ecat_master::CycleRunner {
+class Cycles final : public motion::CycleRunner {
  public:
   Cycles(ecat_master::CyclicCore& core, rt::Clock& clock, LineRig& rig)
       : core_(core), clock_(clock), rig_(rig), timer_(clock, LineRig::kPeriod) {}
@@ -209,7 +209,7 @@ void measure_samples(Report& report, const Options& options) {
     std::vector<double> samples;
     for (int i = 0; i < options.count(20'000); ++i) {
       const double begin = now_ns();
-      for (int k = 0; k < kBatch; ++k) ecat_master::publish(rig.motion(), line, ring);
+      for (int k = 0; k < kBatch; ++k) motion::publish(rig.motion(), line, ring);
       samples.push_back((now_ns() - begin - reading_cost_ns()) / (kBatch * static_cast<double>(axes)));
       if (ring.pop(taken) != kBatch * axes) throw std::runtime_error("samples were dropped");
     }

@@ -108,7 +108,7 @@ runtime::LineConfig drives(std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     const auto name = fmt::format("d{}", i);
     config.slaves.emplace_back().name = name;
-    ecat_master::AxisConfig axis;
+    motion::AxisConfig axis;
     axis.name = name;
     axis.slave = i;
     config.axes.push_back(axis);
@@ -163,7 +163,7 @@ class Drives {
     settings.period = 1ms;
     settings.receive_window = 750us;
     const auto started = master.start_cycle(nullptr, {}, settings, [&clock](ecat_master::CyclicCore& core) {
-      return std::make_unique<ecat_master::InlineRunner>(core, clock);
+      return std::make_unique<motion::InlineRunner>(core, clock);
     });
     if (!started) throw std::runtime_error(started.error().message());
     auto done = master.go_operational();

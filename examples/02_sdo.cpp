@@ -42,7 +42,7 @@ int main() {
   for (const auto& serial_number : serial_numbers) {
     const auto& bytes = serial_number.get();
     if (!bytes) return 1;
-    std::printf("serial number %u\n", wire::load_le<std::uint32_t>(*bytes));
+    std::printf("serial number %u\n", bytes::load_le<std::uint32_t>(*bytes));
   }
 
   // Errors are values with facts; describe() makes a sentence of them.

@@ -15,14 +15,14 @@ using namespace driveline;
 using namespace std::chrono_literals;
 
 /// Runs in the cycle: no allocation, no lock, no waiting. Accessing an entry is a single load or store.
-class Application final : public ecat_master::CycleTask {
+class Application final : public motion::CycleTask {
  public:
-  using Word = ecat_master::PdoEntry<std::uint16_t>;
-  using Position = ecat_master::PdoEntry<std::int32_t>;
+  using Word = motion::PdoEntry<std::uint16_t>;
+  using Position = motion::PdoEntry<std::int32_t>;
   Application(Word control_to, Word status_from, Position position_from)
       : control_word_(control_to), status_word_(status_from), position_(position_from) {}
 
-  void update(const ecat_master::TaskCycle& now) noexcept override {
+  void update(const motion::TaskCycle& now) noexcept override {
     const auto inputs = now.inputs;
     const auto valid = now.valid;
     const auto outputs = now.outputs;
@@ -77,11 +77,11 @@ int main() {
   ecat_master::CyclicCore::Settings settings;
   settings.period = 1ms;
   settings.receive_window = 500us;
-  ecat_master::TaskSchedule tasks;
+  motion::TaskSchedule tasks;
   tasks.add(application, {});
   settings.tasks = &tasks;
   const auto started = master.start_cycle(nullptr, {}, settings, [&clock](ecat_master::CyclicCore& core) {
-    return std::make_unique<ecat_master::InlineRunner>(core, clock);
+    return std::make_unique<motion::InlineRunner>(core, clock);
   });
   if (!started || !master.go_operational()) return 1;
   master.pass(100ms);

@@ -10,9 +10,9 @@
 #include <memory>
 #include <numbers>
 
-#include "driveline/ecat_master/cia402/error_code.hpp"
-#include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
+#include "driveline/motion/cia402/error_code.hpp"
+#include "driveline/motion/path/motion.hpp"
 #include "driveline/port/interface_lock.hpp"
 #include "driveline/port/raw_socket_port.hpp"
 #include "driveline/runtime/devices/device_registry.hpp"
@@ -50,15 +50,15 @@ tl::expected<trajectory::Interpolator, std::string> make_path(std::size_t axes, 
 
 /// Whether the motion continues. Without revolutions the axes hold their positions until Ctrl-C. An axis that fails
 /// stops all of them.
-bool goes_on(ecat_master::MotionPhase phase, double revolutions) {
-  using Phase = ecat_master::MotionPhase;
+bool goes_on(motion::MotionPhase phase, double revolutions) {
+  using Phase = motion::MotionPhase;
   if (phase == Phase::kHolding) return revolutions == 0.0;
   return phase == Phase::kEnabling || phase == Phase::kApproach || phase == Phase::kFollowing;
 }
 
-std::string describe(const ecat_master::MotionFailure& failure) {
-  using Cause = ecat_master::MotionFailure::Cause;
-  if (failure.cause == Cause::kAxisFault) return "fault " + ecat_master::cia402::error_text(failure.error_code);
+std::string describe(const motion::MotionFailure& failure) {
+  using Cause = motion::MotionFailure::Cause;
+  if (failure.cause == Cause::kAxisFault) return "fault " + motion::cia402::error_text(failure.error_code);
   if (failure.cause == Cause::kCommunication) return "no valid process data for too long";
   if (failure.cause == Cause::kMasterAway) return "the master was away for too long";
   return failure.cause == Cause::kEnableTimeout ? "was not enabled in time"
@@ -85,7 +85,7 @@ int main(int argc, char** argv) {
 
   const runtime::DeviceRegistry devices;
   // One axis per drive. The limits are those of the machine, not of the motor.
-  std::vector<ecat_master::AxisConfig> configs;
+  std::vector<motion::AxisConfig> configs;
   std::vector<ecat_master::SlavePlan> plans;
   for (const auto& slave : master.slaves()) {
     const auto& found = slave.info.description;
@@ -97,7 +97,7 @@ int main(int argc, char** argv) {
     auto& plan = plans.emplace_back();
     plan.name = axis.name;
     plan.startup_sdos = devices.rules_for({found.vendor_id, found.product_code}).startup_sdos(axis, kPeriod);
-    plan.pdos = ecat_master::axis_pdo_configuration();
+    plan.pdos = motion::axis_pdo_configuration();
   }
   auto path = make_path(configs.size(), revolutions);
   if (!path) return fail(path.error());
@@ -107,26 +107,27 @@ int main(int argc, char** argv) {
     return fail(trajectory::describe(checked.error()));
   if (const auto done = master.configure(plans); !done) return fail(ecat_master::describe(done.error()));
 
-  std::vector<ecat_master::Axis> axes;
-  for (const auto& axis : configs) axes.emplace_back(axis, master.image().places()[axis.slave], plans[axis.slave].pdos);
-  ecat_master::Motion::Settings settings{.period = kPeriod, .relative = true};
+  std::vector<motion::Axis> axes;
+  for (const auto& axis : configs)
+    axes.emplace_back(axis, master.image().places()[axis.slave].image_place(), plans[axis.slave].pdos);
+  motion::Motion::Settings settings{.period = kPeriod, .relative = true};
   settings.bad_cycle_limit = 20;  // 20 ms; the watchdogs of the drives are the second line of defence
-  ecat_master::Motion motion(std::move(axes), std::move(*path), settings);
+  motion::Motion motion(std::move(axes), std::move(*path), settings);
   ecat_master::CyclicCore::Settings cycle;
   cycle.period = kPeriod;
   cycle.receive_window = kPeriod * 8 / 10;
   rt::RealtimeConfig realtime;
   realtime.policy = rt::RealtimePolicy::kDegrade;  // kEnforce refuses to start if a setting is not in effect
   const auto started = master.start_cycle(&motion, {}, cycle, [&](ecat_master::CyclicCore& core) {
-    return std::make_unique<ecat_master::RealtimeRunner>(core, clock, realtime, 0us);
+    return std::make_unique<motion::RealtimeRunner>(core, clock, realtime, 0us);
   });
   if (!started) return fail(rt::describe(started.error()));
-  for (const auto& line : rt::to_lines(static_cast<ecat_master::RealtimeRunner*>(master.runner())->report()))
+  for (const auto& line : rt::to_lines(static_cast<motion::RealtimeRunner*>(master.runner())->report()))
     std::puts(line.c_str());
   if (const auto up = master.go_operational(); !up) return fail(ecat_master::describe(up.error()));
 
   motion.request_start();
-  using Phase = ecat_master::MotionPhase;
+  using Phase = motion::MotionPhase;
   for (int i = 0; i < 100 && motion.phase() == Phase::kIdle; ++i) master.pass(10ms);  // takes effect in the next cycle
   while (interrupted == 0 && goes_on(motion.phase(), revolutions)) master.pass(50ms);
   motion.request_stop();
@@ -137,7 +138,7 @@ int main(int argc, char** argv) {
               static_cast<unsigned long long>(statistics.missed_periods),
               static_cast<unsigned long long>(statistics.lost_frames));
   const auto down = master.shut_down();
-  if (const auto failure = motion.failure(); failure.cause != ecat_master::MotionFailure::Cause::kNone) {
+  if (const auto failure = motion.failure(); failure.cause != motion::MotionFailure::Cause::kNone) {
     return fail("all axes stopped: " + configs[failure.axis].name + ": " + describe(failure));
   }
   return down ? 0 : fail(ecat_master::describe(down.error()));

@@ -29,7 +29,7 @@ class Spring final : public runtime::Task {
     return {};
   }
 
-  void update(const ecat_master::TaskCycle& now) noexcept override {
+  void update(const motion::TaskCycle& now) noexcept override {
     const auto& actual = now.axes[axis_.number].inputs();
     if (!axis_.drive->followed()) {
       rest_ = actual.position;

@@ -81,10 +81,10 @@ class Tank final : public slaves::Device {
   /// Closes the valve for any reason, because there is no master.
   void fall_back(wire::AlState, wire::AlState, wire::AlStatusCode) noexcept override { valve_ = 0.0; }
   void write_outputs(std::size_t, std::span<const std::byte> data) noexcept override {
-    valve_ = std::min<double>(wire::load_le<std::uint16_t>(data), 1000.0) / 1000.0;
+    valve_ = std::min<double>(bytes::load_le<std::uint16_t>(data), 1000.0) / 1000.0;
   }
   void read_inputs(std::size_t, std::span<std::byte> data) noexcept override {
-    wire::store_le(data, std::bit_cast<std::uint32_t>(static_cast<float>(level_)));
+    bytes::store_le(data, std::bit_cast<std::uint32_t>(static_cast<float>(level_)));
   }
   /// Starts without outputs; no water flowed while the supply was off.
   void restart() override {
@@ -147,7 +147,7 @@ class KeepsLevel final : public runtime::Task {
     level_ = *level;
     return {};
   }
-  void update(const ecat_master::TaskCycle& now) noexcept override {
+  void update(const motion::TaskCycle& now) noexcept override {
     seen = level_.get(now.inputs);
     const double missing = kWanted - seen;
     sum_ = std::clamp(sum_ + missing * std::chrono::duration<double>(now.elapsed).count(), -2.0, 2.0);
@@ -158,8 +158,8 @@ class KeepsLevel final : public runtime::Task {
   double seen = 0.0;
 
  private:
-  ecat_master::PdoEntry<std::uint16_t> valve_;
-  ecat_master::PdoEntry<float> level_;
+  motion::PdoEntry<std::uint16_t> valve_;
+  motion::PdoEntry<float> level_;
   double sum_ = 0.0;
 };
 

@@ -14,9 +14,9 @@
 
 using namespace driveline;
 using namespace std::chrono_literals;
-using ecat_master::AxisCommand;
-using ecat_master::AxisRequest;
-using ecat_master::RequestPhase;
+using motion::AxisCommand;
+using motion::AxisRequest;
+using motion::RequestPhase;
 
 namespace {
 

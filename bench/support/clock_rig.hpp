@@ -149,7 +149,7 @@ class ClockRig {
     settings.receive_window = scenario_.period * 3 / 4;
     const auto begin = clock_.now();
     const auto started = master_.start_cycle(nullptr, {}, settings, [this](ecat_master::CyclicCore& core) {
-      return std::make_unique<ecat_master::InlineRunner>(core, late_);
+      return std::make_unique<motion::InlineRunner>(core, late_);
     });
     if (!started) throw std::runtime_error(started.error().message());
     check(master_.go_operational());

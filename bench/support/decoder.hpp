@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "driveline/ecat_master/cyclic/cycle_task.hpp"
-#include "driveline/ecat_master/process_data/pdo_entry.hpp"
 #include "driveline/ecat_master/process_data/process_image.hpp"
+#include "driveline/motion/cia301/pdo_entry.hpp"
+#include "driveline/motion/cycle/cycle_task.hpp"
 
 namespace driveline::bench {
 
@@ -16,17 +16,17 @@ namespace driveline::bench {
 
 /// Reads status word, mode and position of every axis and writes control word and target, like an application with
 /// handles.
-class Decoder final : public ecat_master::CycleTask {
+class Decoder final : public motion::CycleTask {
  public:
   explicit Decoder(const ecat_master::ProcessImage& image) {
     for (const auto& place : image.places()) {
-      axes_.push_back({ecat_master::PdoEntry<std::uint16_t>(place.input_offset),
-                       ecat_master::PdoEntry<std::int32_t>(place.input_offset + 3),
-                       ecat_master::PdoEntry<std::uint16_t>(place.output_offset),
-                       ecat_master::PdoEntry<std::int32_t>(place.output_offset + 3)});
+      axes_.push_back({motion::PdoEntry<std::uint16_t>(place.input_offset),
+                       motion::PdoEntry<std::int32_t>(place.input_offset + 3),
+                       motion::PdoEntry<std::uint16_t>(place.output_offset),
+                       motion::PdoEntry<std::int32_t>(place.output_offset + 3)});
     }
   }
-  void update(const ecat_master::TaskCycle& now) noexcept override {
+  void update(const motion::TaskCycle& now) noexcept override {
     const auto inputs = now.inputs;
     const auto valid = now.valid;
     const auto outputs = now.outputs;
@@ -45,10 +45,10 @@ class Decoder final : public ecat_master::CycleTask {
 
  private:
   struct AxisEntries {
-    ecat_master::PdoEntry<std::uint16_t> status_word;
-    ecat_master::PdoEntry<std::int32_t> position;
-    ecat_master::PdoEntry<std::uint16_t> control_word;
-    ecat_master::PdoEntry<std::int32_t> target;
+    motion::PdoEntry<std::uint16_t> status_word;
+    motion::PdoEntry<std::int32_t> position;
+    motion::PdoEntry<std::uint16_t> control_word;
+    motion::PdoEntry<std::int32_t> target;
   };
   std::vector<AxisEntries> axes_;
 };

@@ -8,8 +8,8 @@ namespace driveline::bench {
 
 DriveCycles::DriveCycles(std::size_t drives, int cycles)
     : rig_(clock_, drives, cycles * LineRig::kPeriod + std::chrono::seconds{1}), valid_(new bool[drives]) {
-  rig_.bring_up([&](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
-    return std::make_unique<ecat_master::InlineRunner>(core, clock_);
+  rig_.bring_up([&](ecat_master::CyclicCore& core) -> std::unique_ptr<motion::CycleRunner> {
+    return std::make_unique<motion::InlineRunner>(core, clock_);
   });
   // Continue with the cycle number and time of the runner.
   cycle_ = static_cast<std::int64_t>(rig_.master().core()->cycles());

@@ -34,7 +34,7 @@ void require(const ecat_master::Result<void>& done) {
 }
 
 /// Sines of 3 rad, each axis at its own speed, all from standstill at 0; a point every millisecond, as in a path file.
-trajectory::Path make_path(const std::vector<ecat_master::AxisConfig>& axes, nanoseconds duration) {
+trajectory::Path make_path(const std::vector<motion::AxisConfig>& axes, nanoseconds duration) {
   trajectory::PathBuilder builder;
   for (const auto& axis : axes) require(builder.add_axis({axis.name, trajectory::AxisKind::kRotary}));
   std::vector<double> positions(axes.size());
@@ -83,8 +83,8 @@ void LineRig::make_motion() {
   const auto before = heap_bytes();
   auto path = trajectory::Interpolator::clamped_spline(make_path(config_.axes, path_duration_));
   heap_of_path_ = heap_bytes() - before;
-  motion_ = std::make_unique<ecat_master::Motion>(runtime::make_axes(config_, master_), std::move(path),
-                                                  runtime::motion_settings(config_));
+  motion_ = std::make_unique<motion::Motion>(runtime::make_axes(config_, master_), std::move(path),
+                                             runtime::motion_settings(config_));
 }
 
 std::size_t LineRig::heap_of_master() const {
@@ -96,7 +96,7 @@ void LineRig::configure() {
   require(master_.configure(runtime::make_slave_plans(config_)));
 }
 
-void LineRig::to_operational(ecat_master::MotionControl& motion, const ecat_master::Master::MakeRunner& make_runner) {
+void LineRig::to_operational(motion::MotionControl& motion, const ecat_master::Master::MakeRunner& make_runner) {
   const auto started =
       master_.start_cycle(&motion, {&line_ring_, &axis_ring_}, runtime::cycle_settings(config_, master_), make_runner);
   if (!started) throw std::runtime_error(started.error().message());
@@ -124,23 +124,22 @@ void LineRig::bring_up(const ecat_master::Master::MakeRunner& make_runner) {
   make_motion();
   to_operational(*motion_, make_runner);
   motion_->request_start();
-  pass_until([this] { return motion_->phase() == ecat_master::MotionPhase::kFollowing; },
-             "the axes did not reach the path");
+  pass_until([this] { return motion_->phase() == motion::MotionPhase::kFollowing; }, "the axes did not reach the path");
   count_from_here();
 }
 
 void LineRig::bring_up_single_axes(const ecat_master::Master::MakeRunner& make_runner) {
   configure();
-  single_axes_ = std::make_unique<ecat_master::SingleAxes>(runtime::make_axes(config_, master_),
-                                                           runtime::single_axis_settings(config_));
+  single_axes_ = std::make_unique<motion::SingleAxes>(runtime::make_axes(config_, master_),
+                                                      runtime::single_axis_settings(config_));
   to_operational(*single_axes_, make_runner);
   for (std::size_t i = 0; i < config_.axes.size(); ++i) {
-    if (single_axes_->submit(i, {.command = ecat_master::AxisCommand::kPower}) == 0)
+    if (single_axes_->submit(i, {.command = motion::AxisCommand::kPower}) == 0)
       throw std::runtime_error("the queue has no room for the power of every axis");
   }
   const auto enabled = [this] {
     for (std::size_t i = 0; i < config_.axes.size(); ++i) {
-      if (single_axes_->axis_report(i).state != ecat_master::PlcopenState::kStandstill) return false;
+      if (single_axes_->axis_report(i).state != motion::PlcopenState::kStandstill) return false;
     }
     return true;
   };
@@ -159,7 +158,7 @@ void LineRig::drain() {
 
 void LineRig::check_motion() const {
   if (single_axes_ && single_axes_->failed()) throw Disturbed("an axis has failed during the measurement");
-  if (motion_ && motion_->phase() != ecat_master::MotionPhase::kFollowing) {
+  if (motion_ && motion_->phase() != motion::MotionPhase::kFollowing) {
     const auto failure = motion_->failure();
     throw Disturbed(
         fmt::format("the axes left the path during the measurement: {}, cause {} (axis {}, status word 0x{:04X}, error "

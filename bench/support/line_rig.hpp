@@ -4,9 +4,9 @@
 #include <memory>
 #include <vector>
 
-#include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/ecat_master/single_axis/single_axes.hpp"
+#include "driveline/motion/path/motion.hpp"
+#include "driveline/motion/single_axis/single_axes.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/slaves/line/simulated_line.hpp"
 #include "support/timed_port.hpp"
@@ -47,9 +47,9 @@ class LineRig {
   [[nodiscard]] slaves::SimulatedLine& line() noexcept { return line_; }
   [[nodiscard]] ecat_master::Master& master() noexcept { return master_; }
   /// Only after bring_up().
-  [[nodiscard]] ecat_master::Motion& motion() noexcept { return *motion_; }
+  [[nodiscard]] motion::Motion& motion() noexcept { return *motion_; }
   /// Only after bring_up_single_axes().
-  [[nodiscard]] ecat_master::SingleAxes& single_axes() noexcept { return *single_axes_; }
+  [[nodiscard]] motion::SingleAxes& single_axes() noexcept { return *single_axes_; }
   /// Memory in bytes that the master and the objects behind it have allocated since this line was created, without its
   /// path but with what the drives have allocated at their start. For single-threaded programs.
   [[nodiscard]] std::size_t heap_of_master() const;
@@ -57,7 +57,7 @@ class LineRig {
  private:
   void configure();
   void make_motion();
-  void to_operational(ecat_master::MotionControl& motion, const ecat_master::Master::MakeRunner& make_runner);
+  void to_operational(motion::MotionControl& motion, const ecat_master::Master::MakeRunner& make_runner);
   void count_from_here();
   /// Lets cycles run until `there()`; throws std::runtime_error with `failure` after 5 s.
   template <typename There>
@@ -73,8 +73,8 @@ class LineRig {
   TimedPort port_;
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
-  std::unique_ptr<ecat_master::Motion> motion_;
-  std::unique_ptr<ecat_master::SingleAxes> single_axes_;
+  std::unique_ptr<motion::Motion> motion_;
+  std::unique_ptr<motion::SingleAxes> single_axes_;
   ecat_master::Master master_;
 };
 

@@ -14,10 +14,10 @@
 namespace driveline::bench {
 namespace {
 
-using ecat_master::AxisCommand;
-using ecat_master::AxisRequest;
-using ecat_master::PlcopenState;
-using ecat_master::RequestPhase;
+using motion::AxisCommand;
+using motion::AxisRequest;
+using motion::PlcopenState;
+using motion::RequestPhase;
 
 /// The axes accelerate for 4 ms, so a turn moves them by some hundredths of a rad.
 constexpr double kVelocity = 4.0;         // rad/s
@@ -30,7 +30,7 @@ constexpr int kRestCycles = 80;
 constexpr int kRequests = 10'000;
 
 /// Runs cycles back to back in the caller's thread, one by one, and measures the master's part of each.
-class CountedRunner final : public ecat_master::CycleRunner {
+class CountedRunner final : public motion::CycleRunner {
  public:
   CountedRunner(ecat_master::CyclicCore& core, rt::Clock& clock, LineRig& rig)
       : core_(core), clock_(clock), rig_(rig), timer_(clock, LineRig::kPeriod) {}
@@ -74,7 +74,7 @@ class StoppedLine {
  public:
   StoppedLine(std::size_t axes, StopLoad load)
       : axes_(axes), load_(load), rig_(clock_, axes, std::chrono::nanoseconds{0}) {
-    rig_.bring_up_single_axes([this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
+    rig_.bring_up_single_axes([this](ecat_master::CyclicCore& core) -> std::unique_ptr<motion::CycleRunner> {
       auto runner = std::make_unique<CountedRunner>(core, clock_, rig_);
       runner_ = runner.get();
       return runner;
@@ -120,7 +120,7 @@ class StoppedLine {
       rig_.single_axes().submit_in_cycle(i, ask(AxisCommand::kMoveRelative, direction_ * kFarRad));
       if (load_ == StopLoad::kNothing) continue;
       auto next = ask(AxisCommand::kMoveRelative, direction_);
-      next.buffer = ecat_master::BufferMode::kBuffered;
+      next.buffer = motion::BufferMode::kBuffered;
       waiting_.push_back(rig_.single_axes().submit_in_cycle(i, next));
     }
   }

@@ -16,8 +16,8 @@ constexpr std::size_t kReportBytes = 6;
 constexpr auto kPollInterval = microseconds{500};
 
 AlReport decode_report(std::span<const std::byte> bytes) {
-  return {wire::AlStatus::from_raw(wire::load_le<std::uint16_t>(bytes)),
-          static_cast<wire::AlStatusCode>(wire::load_le<std::uint16_t>(bytes.subspan(4)))};
+  return {wire::AlStatus::from_raw(bytes::load_le<std::uint16_t>(bytes)),
+          static_cast<wire::AlStatusCode>(bytes::load_le<std::uint16_t>(bytes.subspan(4)))};
 }
 
 /// AL status codes of a refusal that may pass by itself; docs/real_drives.md lists them with the reasons. The names of
@@ -173,7 +173,7 @@ class Change {
   enum class Phase : std::uint8_t { kStart, kAcknowledge, kRequest, kPause };
 
   [[nodiscard]] RegisterValue control(wire::AlControl value) const noexcept {
-    return {slave_, wire::reg::kAlControl.address, wire::to_le_bytes(value.raw())};
+    return {slave_, wire::reg::kAlControl.address, bytes::to_le_bytes(value.raw())};
   }
   /// Whether the slave refuses the state because it cannot read its EEPROM (ETG.1020: the master gives the interface to
   /// the application in the transition to PREOP).

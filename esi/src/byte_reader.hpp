@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::esi {
 
@@ -15,15 +15,15 @@ class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes) : rest_(bytes), size_(bytes.size()) {}
 
-  template <wire::WireInteger T>
+  template <bytes::Integer T>
   [[nodiscard]] T number() {
-    return wire::load_le<T>(raw(sizeof(T)));
+    return bytes::load_le<T>(raw(sizeof(T)));
   }
-  template <wire::WireInteger T>
+  template <bytes::Integer T>
   void read(T& value) {
     value = number<T>();
   }
-  template <wire::WireInteger T, std::size_t N>
+  template <bytes::Integer T, std::size_t N>
   void read(std::array<T, N>& values) {
     for (T& value : values) value = number<T>();
   }

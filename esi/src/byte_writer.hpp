@@ -6,19 +6,19 @@
 #include <string_view>
 #include <vector>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::esi {
 
 /// Appends little-endian numbers and bytes to a growing buffer.
 class ByteWriter {
  public:
-  template <wire::WireInteger T>
+  template <bytes::Integer T>
   void number(T value) {
-    const auto bytes = wire::to_le_bytes(value);
+    const auto bytes = bytes::to_le_bytes(value);
     raw(bytes);
   }
-  template <wire::WireInteger T, std::size_t N>
+  template <bytes::Integer T, std::size_t N>
   void numbers(const std::array<T, N>& values) {
     for (const T value : values) number(value);
   }

@@ -2,8 +2,8 @@
 #include <map>
 
 #include "data_type_name.hpp"
+#include "driveline/bytes/endian.hpp"
 #include "driveline/esi/hex.hpp"
-#include "driveline/wire/endian.hpp"
 #include "esi_dictionary.hpp"
 
 namespace driveline::esi {
@@ -208,7 +208,7 @@ class DictionaryReader {
       context_.note(node, fmt::format("'{}' is not a whole number; ignored", text));
       return {};
     }
-    const auto bytes = wire::to_le_bytes(number ? *number : static_cast<std::uint64_t>(*negative));
+    const auto bytes = bytes::to_le_bytes(number ? *number : static_cast<std::uint64_t>(*negative));
     return to_hex(std::span(bytes).first(size));
   }
 

@@ -3,9 +3,9 @@
 #include <map>
 
 #include "data_type_name.hpp"
+#include "driveline/bytes/endian.hpp"
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/esi/hex.hpp"
-#include "driveline/wire/endian.hpp"
 #include "esi_dictionary.hpp"
 #include "utf8.hpp"
 #include "xml_context.hpp"
@@ -309,7 +309,7 @@ class EsiReader {
       boot.resize(kBootStrapBytes);
     }
     const auto word = [&boot](std::size_t n) {
-      return wire::load_le<std::uint16_t>(std::span(boot).subspan(2 * n, 2));
+      return bytes::load_le<std::uint16_t>(std::span(boot).subspan(2 * n, 2));
     };
     device.bootstrap_rx_offset = word(0);
     device.bootstrap_rx_size = word(1);

@@ -4,9 +4,9 @@
 #include <sstream>
 
 #include "data_type_name.hpp"
+#include "driveline/bytes/endian.hpp"
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/esi/hex.hpp"
-#include "driveline/wire/endian.hpp"
 #include "esi_dictionary.hpp"
 #include "xml_writer.hpp"
 
@@ -198,7 +198,7 @@ void append_eeprom(pugi::xml_node node, const DeviceDescription& device) {
                          device.bootstrap_tx_size};
   if (std::all_of(words.begin(), words.end(), [](std::uint16_t word) { return word == 0; })) return;
   std::string boot;
-  for (const std::uint16_t word : words) boot += to_hex(wire::to_le_bytes(word));
+  for (const std::uint16_t word : words) boot += to_hex(bytes::to_le_bytes(word));
   append_text(eeprom, "BootStrap", boot);
 }
 

@@ -1,8 +1,8 @@
 #include <algorithm>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/esi/hex.hpp"
 #include "driveline/esi/sii.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::esi {
 namespace {
@@ -36,7 +36,7 @@ SiiConfigArea make_config(const DeviceDescription& device) {
   std::vector<std::byte> bytes = parse_hex(device.eeprom_config_data_hex).value_or(std::vector<std::byte>{});
   bytes.resize(SiiConfigArea::kSize);
   const auto word = [&bytes](std::size_t n) {
-    return wire::load_le<std::uint16_t>(std::span(bytes).subspan(2 * n, 2));
+    return bytes::load_le<std::uint16_t>(std::span(bytes).subspan(2 * n, 2));
   };
   return {word(0), word(1), word(2), word(3), word(4), {word(5), word(6)}};
 }

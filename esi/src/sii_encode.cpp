@@ -118,7 +118,7 @@ std::array<std::byte, SiiConfigArea::kSize> SiiConfigArea::bytes() const noexcep
   std::array<std::byte, kSize> out{};
   const std::array words{pdi_control,   pdi_configuration, sync_impulse_10ns, pdi_configuration2,
                          station_alias, reserved[0],       reserved[1]};
-  for (std::size_t i = 0; i < words.size(); ++i) wire::store_le(std::span(out).subspan(2 * i, 2), words[i]);
+  for (std::size_t i = 0; i < words.size(); ++i) bytes::store_le(std::span(out).subspan(2 * i, 2), words[i]);
   return out;
 }
 

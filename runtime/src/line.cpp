@@ -60,7 +60,7 @@ Result<std::unique_ptr<Line>> Line::open(std::optional<LineConfig> config, const
   return std::unique_ptr<Line>(new Line(std::move(*session), std::move(path)));
 }
 
-Result<void> Line::use(ecat_master::SetpointSource& source) {
+Result<void> Line::use(motion::SetpointSource& source) {
   if (run_) return fail(ErrorKind::kCall, "the line has run: choose the source of setpoints before the run");
   const auto axes = config().axes.size();
   if (source.axis_count() != axes) {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::slaves {
 namespace {
@@ -32,11 +32,11 @@ void copy_bits(std::span<const std::byte> from, std::size_t from_bit, std::span<
 std::uint64_t load_bits(std::span<const std::byte> from, std::size_t bit, std::size_t count) noexcept {
   std::array<std::byte, sizeof(std::uint64_t)> bytes{};
   copy_bits(from, bit, bytes, 0, std::min<std::size_t>(count, 64));
-  return wire::load_le<std::uint64_t>(bytes);
+  return bytes::load_le<std::uint64_t>(bytes);
 }
 
 void store_bits(std::span<std::byte> to, std::size_t bit, std::size_t count, std::uint64_t value) noexcept {
-  copy_bits(wire::to_le_bytes(value), 0, to, bit, std::min<std::size_t>(count, 64));
+  copy_bits(bytes::to_le_bytes(value), 0, to, bit, std::min<std::size_t>(count, 64));
 }
 
 }  // namespace driveline::slaves

@@ -33,7 +33,7 @@ TEST(SdoWhileCycling, AThousandTransfersDisturbNothing) {
   EXPECT_EQ(operation.statistics().lost_frames, 0U);
   EXPECT_EQ(operation.statistics().stale_frames, 0U);
   EXPECT_EQ(operation.statistics().missed_periods, missed);
-  EXPECT_EQ(operation.motion().failure().cause, ecat_master::MotionFailure::Cause::kNone);
+  EXPECT_EQ(operation.motion().failure().cause, motion::MotionFailure::Cause::kNone);
 }
 
 /// What the axes reported over the cycles of a motion, while `beside` ran between them.

@@ -105,7 +105,7 @@ TEST_P(Adversary, ChangedFramesOfOurOwnBreakNothingForGood) {
   power_cycle(drives);
   LineOperation operation(drives);
   ASSERT_EQ(sentence(operation.to_motion()), "");
-  EXPECT_TRUE(operation.run_until(ecat_master::MotionPhase::kFollowing, std::chrono::seconds{3}));
+  EXPECT_TRUE(operation.run_until(motion::MotionPhase::kFollowing, std::chrono::seconds{3}));
 }
 
 TEST_P(Adversary, ChangedFramesBetweenGoodOnesEndInAnErrorOrNot) {

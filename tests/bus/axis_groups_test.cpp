@@ -1,5 +1,5 @@
 // Axes of a line that move together along paths, and the demands of the drives meanwhile.
-#include "driveline/ecat_master/group/axis_groups.hpp"
+#include "driveline/motion/group/axis_groups.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "driveline/ecat_master/single_axis/couplings.hpp"
+#include "driveline/motion/single_axis/couplings.hpp"
 #include "group_line.hpp"
 
 namespace driveline::bus_test {
@@ -458,7 +458,7 @@ TEST(AxisGroups, NoMoveLeavesTheSoftwareLimits) {
 // The group is updated before the couplings, so its setpoints are those of the same cycle.
 TEST(AxisGroups, AnAxisOfAGroupIsTheMasterOfAGear) {
   GroupLine line(3, {{"pair", {0, 1}}});
-  ecat_master::Couplings couplings(line.axes(), std::vector<ecat_master::Couplings::Pair>{{2, 0}}, kSinglePeriod);
+  motion::Couplings couplings(line.axes(), std::vector<motion::Couplings::Pair>{{2, 0}}, kSinglePeriod);
   line.take_axes();
   const auto ratio = trajectory::GearRatio::make(1, 2).value();
   const auto law = trajectory::CouplingLaw::gear(ratio, line.setpoint(0), line.setpoint(2));

@@ -12,7 +12,7 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::MotionPhase;
+using motion::MotionPhase;
 using slaves::msd::Fault;
 
 /// A path that is ended by a fault of the first axis, which then coasts, and is restarted at once.
@@ -197,7 +197,7 @@ TEST(CoastingPath, ThatDoesNotFollowWhileItIsBrakedIsAFollowingError) {
   line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kAxisBlocked, 1.0);
   for (int i = 0; i < 400 && line.phase() == MotionPhase::kEnabling; ++i) line.watched_cycle();
   EXPECT_EQ(line.phase(), MotionPhase::kQuickStop);
-  EXPECT_EQ(line.operation.motion().failure().cause, ecat_master::MotionFailure::Cause::kFollowingError);
+  EXPECT_EQ(line.operation.motion().failure().cause, motion::MotionFailure::Cause::kFollowingError);
   EXPECT_EQ(line.operation.motion().failure().axis, 0);
 }
 
@@ -236,7 +236,7 @@ TEST(CoastingPath, IsNotSwitchedOffByALeapWhileItIsBraked) {
   other.signals().set_signal(leap->number, 2e6);
   for (int i = 0; i < 4; ++i) line.watched_cycle();
   EXPECT_EQ(line.phase(), MotionPhase::kQuickStop);
-  EXPECT_EQ(line.operation.motion().failure().cause, ecat_master::MotionFailure::Cause::kPositionLeap);
+  EXPECT_EQ(line.operation.motion().failure().cause, motion::MotionFailure::Cause::kPositionLeap);
   EXPECT_EQ(line.operation.motion().failure().axis, 1);
   for (int i = 0; i < 8000 && line.phase() != MotionPhase::kIdle; ++i) {
     line.watched_cycle();

@@ -340,7 +340,7 @@ TEST_F(CoeOfASmallMailbox, SegmentsTravelBesideTheProcessData) {
   ecat_master::CyclicCore::Settings settings;
   settings.acyclic_bytes = 120;
   const auto started = master->start_cycle(nullptr, {}, settings, [this](ecat_master::CyclicCore& core) {
-    return std::make_unique<ecat_master::InlineRunner>(core, clock);
+    return std::make_unique<motion::InlineRunner>(core, clock);
   });
   ASSERT_TRUE(started.has_value());
   ASSERT_EQ(sentence(master->go_operational()), "");

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "driveline/ecat_master/axis/axis_compensation.hpp"
+#include "driveline/motion/axis/axis_compensation.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
 #include "driveline/slaves/plant/screw.hpp"
 #include "single_line.hpp"
@@ -18,9 +18,9 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::CompensationSettings;
-using ecat_master::ProbeTrigger;
-using ecat_master::cia402::Mode;
+using motion::CompensationSettings;
+using motion::ProbeTrigger;
+using motion::cia402::Mode;
 
 constexpr slaves::ScrewParameters kScrew{
     .wave_rad = 4e-3, .wave_length_rad = 6.0, .stretch = 1e-3, .backlash_rad = 0.02};

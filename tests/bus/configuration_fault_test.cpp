@@ -68,8 +68,9 @@ TEST(StartupSdo, IsWrittenBeforeTheTransitionItIsPlannedFor) {
   DriveLine drives(2);
   ScannedOperation operation(drives);
   auto plans = operation.plans();
-  const auto value = wire::to_le_bytes<std::uint32_t>(4242);
-  plans[1].startup_sdos.push_back({0x6065, 0, {value.begin(), value.end()}, false, AlState::kOp});
+  const auto value = bytes::to_le_bytes<std::uint32_t>(4242);
+  plans[1].startup_sdos.push_back(
+      {0x6065, 0, {value.begin(), value.end()}, false, motion::StartupState::kSafeOperational});
   ASSERT_EQ(sentence(operation.master().configure(plans)), "");
   EXPECT_NE(CoeClient(*operation.master().mailbox(1)).upload_as<std::uint32_t>(0x6065, 0).value(), 4242U);
   operation.start_cycle();

@@ -1,5 +1,5 @@
 // Gears and cams between axes that are commanded individually, and the demands of the drives meanwhile.
-#include "driveline/ecat_master/single_axis/couplings.hpp"
+#include "driveline/motion/single_axis/couplings.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::Couplings;
+using motion::Couplings;
 using trajectory::CatchUp;
 using trajectory::CouplingLaw;
 using trajectory::CouplingRefusal;

@@ -8,8 +8,8 @@
 #include "counted_cycle.hpp"
 #include "drive_line.hpp"
 #include "driveline/ecat_master/coe/sdo_request.hpp"
-#include "driveline/ecat_master/group/axis_groups.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
+#include "driveline/motion/group/axis_groups.hpp"
 #include "driveline/port/redundant_port.hpp"
 #include "driveline/rt_guard/rt_guard.hpp"
 #include "fault_ports.hpp"
@@ -20,9 +20,9 @@ namespace {
 
 using ecat_master::CoeClient;
 using ecat_master::CyclicCore;
-using ecat_master::MotionFailure;
-using ecat_master::MotionPhase;
 using ecat_master::ReceiveStrategy;
+using motion::MotionFailure;
+using motion::MotionPhase;
 using rt::RtGuard;
 
 /// Counters of the guarded code so far: page faults, and what RtGuard counts.
@@ -118,7 +118,7 @@ TEST_F(CyclePurity, TheMasterNeitherAllocatesNorLocksWhateverHappens) {
 }
 
 TEST_F(CyclePurity, SingleAxesPlanTheirMotionsWithoutEither) {
-  using ecat_master::AxisCommand;
+  using motion::AxisCommand;
   UnguardedLine line(drives.line(), ledger);
   RunOptions options;
   options.single_axes = true;
@@ -127,8 +127,8 @@ TEST_F(CyclePurity, SingleAxesPlanTheirMotionsWithoutEither) {
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
   ledger = {};
   auto& axes = operation.single_axes();
-  const auto ask = [&](AxisCommand command, double target, ecat_master::BufferMode buffer) {
-    ecat_master::AxisRequest request;
+  const auto ask = [&](AxisCommand command, double target, motion::BufferMode buffer) {
+    motion::AxisRequest request;
     request.command = command;
     request.target_si = target;
     request.buffer = buffer;
@@ -139,7 +139,7 @@ TEST_F(CyclePurity, SingleAxesPlanTheirMotionsWithoutEither) {
   operation.run(milliseconds{100});
   for (int round = 0; round < 20; ++round) {
     ask(AxisCommand::kMoveAbsolute, round % 2 == 0 ? 3.0 : -3.0, {});
-    ask(AxisCommand::kMoveRelative, round % 3 == 0 ? 2.0 : -2.0, ecat_master::BufferMode::kBlendingLow);
+    ask(AxisCommand::kMoveRelative, round % 3 == 0 ? 2.0 : -2.0, motion::BufferMode::kBlendingLow);
     ask(AxisCommand::kSetOverride, 0.1 * round, {});
     ask(AxisCommand::kMoveVelocity, round, {});
     drives.line().drop_frames(3);
@@ -147,20 +147,20 @@ TEST_F(CyclePurity, SingleAxesPlanTheirMotionsWithoutEither) {
     ask(AxisCommand::kHalt, 0.0, {});
   }
   operation.run(milliseconds{200});
-  EXPECT_EQ(axes.axis_report(0).state, ecat_master::PlcopenState::kStandstill);
+  EXPECT_EQ(axes.axis_report(0).state, motion::PlcopenState::kStandstill);
   drives.drive(1).set_dc_link(false);
   operation.run(milliseconds{100});
-  EXPECT_EQ(axes.axis_report(1).state, ecat_master::PlcopenState::kErrorStop);
+  EXPECT_EQ(axes.axis_report(1).state, motion::PlcopenState::kErrorStop);
   EXPECT_GE(ledger.cycles, 10'000U);
   EXPECT_EQ(ledger.counts.total(), 0U);
 }
 
 // Planning outside the cycle may allocate.
 TEST_F(CyclePurity, GroupsFollowTheirPathsWithoutEither) {
-  using ecat_master::AxisGroups;
-  using ecat_master::GroupCommand;
-  using ecat_master::GroupMove;
-  using ecat_master::GroupState;
+  using motion::AxisGroups;
+  using motion::GroupCommand;
+  using motion::GroupMove;
+  using motion::GroupState;
   constexpr std::size_t kAxes = 12;
   DriveLine many(kAxes);
   UnguardedLine line(many.line(), ledger);
@@ -200,7 +200,7 @@ TEST_F(CyclePurity, GroupsFollowTheirPathsWithoutEither) {
     run(60);
   };
   for (std::size_t axis = 0; axis < kAxes; ++axis)
-    EXPECT_NE(operation.single_axes().submit(axis, {.command = ecat_master::AxisCommand::kPower}), 0U);
+    EXPECT_NE(operation.single_axes().submit(axis, {.command = motion::AxisCommand::kPower}), 0U);
   run(100);
   ask(GroupCommand::kEnable);
   for (int round = 0; round < 8; ++round) {
@@ -249,7 +249,7 @@ TEST_F(CyclePurity, GroupsRecoveryRecordingAndTracingDoNotChangeThat) {
   options.layout = {ecat_master::ImageLayout::kSeparate, {{1, 0, 50}, {2, 0, 50}, {1, 0, 50}}};
   options.groups = 3;
   options.recorder = &recorder;
-  ecat_master::CycleTrace trace;
+  motion::CycleTrace trace;
   options.trace = &trace;
   options.amplitude_rad = 0.1;
   ConfiguredOperation operation(drives, line, options);
@@ -278,7 +278,7 @@ TEST_F(CyclePurity, GroupsRecoveryRecordingAndTracingDoNotChangeThat) {
     for (std::size_t group = 0; group < 3; ++group) operation.master().core()->release_outputs(group);
   }
   EXPECT_EQ(supervisor.recoveries(), 12U);
-  EXPECT_GE(trace.cycles().size(), ecat_master::CycleTrace::kCycles);
+  EXPECT_GE(trace.cycles().size(), motion::CycleTrace::kCycles);
   EXPECT_GE(ledger.cycles, 100'000U);
   EXPECT_EQ(ledger.counts.total(), 0U);
 }
@@ -355,13 +355,13 @@ TEST_F(CyclePurity, ClocksThatAreFollowedLostAndFoundDoNotChangeThat) {
 }
 
 /// Requests SDOs from within the cycle, one after the other, and checks whether they have ended.
-class AskingTask final : public ecat_master::CycleTask {
+class AskingTask final : public motion::CycleTask {
  public:
   using State = ecat_master::SdoRequest::State;
-  void update(const ecat_master::TaskCycle&) noexcept override {
+  void update(const motion::TaskCycle&) noexcept override {
     if (!read || !written || !refused) return;
     if (look(*read, reads)) static_cast<void>(read->start_upload());
-    if (look(*written, writes)) static_cast<void>(written->start_download(wire::to_le_bytes(++value_)));
+    if (look(*written, writes)) static_cast<void>(written->start_download(bytes::to_le_bytes(++value_)));
     if (look(*refused, refusals)) static_cast<void>(refused->start_upload());
   }
   std::shared_ptr<ecat_master::SdoRequest> read;
@@ -437,7 +437,7 @@ class WastefulPort final : public PassingPort {
 
 /// More requests than the queue takes, of every kind, while axes move and frames are lost.
 TEST_F(CyclePurity, TenThousandRequestsCauseNoPageFault) {
-  using ecat_master::AxisCommand;
+  using motion::AxisCommand;
   UnguardedLine line(drives.line(), ledger);
   RunOptions options;
   options.single_axes = true;
@@ -445,8 +445,8 @@ TEST_F(CyclePurity, TenThousandRequestsCauseNoPageFault) {
   operation.start_cycle(guarded());
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
   auto& axes = operation.single_axes();
-  const auto ask = [&axes](std::size_t axis, AxisCommand command, double target, ecat_master::BufferMode buffer = {}) {
-    ecat_master::AxisRequest request;
+  const auto ask = [&axes](std::size_t axis, AxisCommand command, double target, motion::BufferMode buffer = {}) {
+    motion::AxisRequest request;
     request.command = command;
     request.target_si = target;
     request.buffer = buffer;
@@ -454,7 +454,7 @@ TEST_F(CyclePurity, TenThousandRequestsCauseNoPageFault) {
   };
   for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_TRUE(ask(axis, AxisCommand::kPower, 0.0));
   operation.run(milliseconds{200});
-  ASSERT_EQ(axes.axis_report(2).state, ecat_master::PlcopenState::kStandstill);
+  ASSERT_EQ(axes.axis_report(2).state, motion::PlcopenState::kStandstill);
   const LockedMemory locked;
   if (!locked.refusal().empty()) GTEST_SKIP() << locked.refusal();
   ledger = {};
@@ -462,7 +462,7 @@ TEST_F(CyclePurity, TenThousandRequestsCauseNoPageFault) {
   for (int i = 0; i < 2500; ++i) {
     const auto axis = static_cast<std::size_t>(i % 3);
     accepted += ask(axis, AxisCommand::kMoveAbsolute, i % 2 == 0 ? 3.0 : -3.0) ? 1 : 0;
-    accepted += ask(axis, AxisCommand::kMoveRelative, 0.5, ecat_master::BufferMode::kBlendingLow) ? 1 : 0;
+    accepted += ask(axis, AxisCommand::kMoveRelative, 0.5, motion::BufferMode::kBlendingLow) ? 1 : 0;
     accepted += ask(axis, AxisCommand::kSetOverride, 0.2 + 0.3 * (i % 4)) ? 1 : 0;
     accepted += ask(axis, i % 50 == 49 ? AxisCommand::kHalt : AxisCommand::kMoveVelocity, i % 7) ? 1 : 0;
     if (i % 10 == 0) operation.cycle();
@@ -471,8 +471,7 @@ TEST_F(CyclePurity, TenThousandRequestsCauseNoPageFault) {
   EXPECT_LT(accepted, 9000) << "the queue was never full";
   for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_TRUE(ask(axis, AxisCommand::kStop, 0.0));
   operation.cycle();
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    EXPECT_EQ(axes.axis_report(axis).state, ecat_master::PlcopenState::kStopping);
+  for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(axes.axis_report(axis).state, motion::PlcopenState::kStopping);
   operation.run(milliseconds{200});
   EXPECT_GE(ledger.cycles, 1500U);
   EXPECT_EQ(ledger.minor, 0);
@@ -535,7 +534,7 @@ TEST_F(CyclePurity, HostileFramesCauseNoPageFault) {
 }
 
 /// Writes to a page that the kernel has reserved but not mapped, in every cycle.
-class FaultingTask final : public ecat_master::CycleTask {
+class FaultingTask final : public motion::CycleTask {
  public:
   FaultingTask() : page_(::mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0)) {
     EXPECT_NE(page_, MAP_FAILED);
@@ -544,7 +543,7 @@ class FaultingTask final : public ecat_master::CycleTask {
   FaultingTask(const FaultingTask&) = delete;
   FaultingTask& operator=(const FaultingTask&) = delete;
 
-  void update(const ecat_master::TaskCycle&) noexcept override {
+  void update(const motion::TaskCycle&) noexcept override {
     ::madvise(page_, kBytes, MADV_DONTNEED);
     *static_cast<volatile char*>(page_) = 1;
   }

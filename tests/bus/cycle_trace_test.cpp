@@ -14,7 +14,7 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::CyclePhase;
+using motion::CyclePhase;
 using std::chrono::nanoseconds;
 
 class AllLineSamples final : public snapshot::SampleConsumer {

@@ -28,13 +28,13 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::AxisCommand;
-using ecat_master::AxisRequest;
-using ecat_master::BufferMode;
-using ecat_master::PlcopenState;
-using ecat_master::ProbeTrigger;
-using ecat_master::RequestPhase;
-using ecat_master::cia402::Mode;
+using motion::AxisCommand;
+using motion::AxisRequest;
+using motion::BufferMode;
+using motion::PlcopenState;
+using motion::ProbeTrigger;
+using motion::RequestPhase;
+using motion::cia402::Mode;
 using slaves::msd::Fault;
 using slaves::msd::Input;
 using slaves::msd::MachineInput;
@@ -52,7 +52,7 @@ constexpr double kMaxLoad = 0.08;  ///< Nm
 constexpr double kTurn = 6.283185307179586;
 
 /// Makes random steps, which no feed should.
-class WildFeed final : public ecat_master::SetpointFeed {
+class WildFeed final : public motion::SetpointFeed {
  public:
   explicit WildFeed(unsigned seed) : random_(seed) {}
   [[nodiscard]] std::size_t axis_count() const noexcept override { return at_.size(); }
@@ -81,14 +81,14 @@ struct Scene {
 };
 
 /// All objects that the requests need, in PDOs of at most 8 bytes each.
-ecat_master::PdoConfiguration pdos(bool interpolates) {
-  ecat_master::PdoConfiguration made{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
-                                      {0x1601, {{0x60FF, 0, 32}, {0x60B1, 0, 32}}},
-                                      {0x1602, {{0x6071, 0, 16}, {0x60B2, 0, 16}, {0x60B8, 0, 16}, {0x6042, 0, 16}}}},
-                                     {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
-                                      {0x1A01, {{0x606C, 0, 32}, {0x60BA, 0, 32}}},
-                                      {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}, {0x60B9, 0, 16}}},
-                                      {0x1A03, {{0x60BB, 0, 32}, {0x60BC, 0, 32}}}}};
+motion::PdoConfiguration pdos(bool interpolates) {
+  motion::PdoConfiguration made{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
+                                 {0x1601, {{0x60FF, 0, 32}, {0x60B1, 0, 32}}},
+                                 {0x1602, {{0x6071, 0, 16}, {0x60B2, 0, 16}, {0x60B8, 0, 16}, {0x6042, 0, 16}}}},
+                                {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
+                                 {0x1A01, {{0x606C, 0, 32}, {0x60BA, 0, 32}}},
+                                 {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}, {0x60B9, 0, 16}}},
+                                 {0x1A03, {{0x60BB, 0, 32}, {0x60BC, 0, 32}}}}};
   if (interpolates) {
     made.outputs.push_back({0x1603, {{0x60C1, 1, 32}}});
   } else {
@@ -98,7 +98,7 @@ ecat_master::PdoConfiguration pdos(bool interpolates) {
 }
 
 /// Reactions of a drive on its own are set no harder than the limits of its axis; its slow down ramp is its own.
-Scene make_scene(std::mt19937& random, ecat_master::SetpointFeed& feed) {
+Scene make_scene(std::mt19937& random, motion::SetpointFeed& feed) {
   static constexpr std::array kMethods{24, 33, 34, 35, 37};
   static constexpr std::array kModes{Mode::kCyclicPosition, Mode::kCyclicPosition, Mode::kCyclicVelocity,
                                      Mode::kCyclicTorque};
@@ -188,7 +188,7 @@ class Sequence {
   [[nodiscard]] std::size_t pick(std::size_t of) { return random_() % of; }
   [[nodiscard]] bool chance(std::size_t one_in) { return pick(one_in) == 0; }
   [[nodiscard]] double number(double from, double to) { return std::uniform_real_distribution(from, to)(random_); }
-  [[nodiscard]] ecat_master::SingleAxes& axes() { return operation_.single_axes(); }
+  [[nodiscard]] motion::SingleAxes& axes() { return operation_.single_axes(); }
 
   void look() {
     for (std::size_t i = 0; i < kAxes; ++i) {

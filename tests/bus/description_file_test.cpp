@@ -42,7 +42,7 @@ class DescriptionFile : public testing::Test {
   std::string configure() { return sentence(master->configure({plan})); }
   void to_op() {
     ASSERT_TRUE(master->start_cycle(nullptr, {}, {}, [this](ecat_master::CyclicCore& core) {
-      return std::make_unique<ecat_master::InlineRunner>(core, clock);
+      return std::make_unique<motion::InlineRunner>(core, clock);
     }));
     ASSERT_EQ(sentence(master->go_operational()), "");
   }

@@ -160,7 +160,7 @@ TEST(WrongPlan, MayBeFollowedByTheRightOne) {
 TEST(Discovery, UnlocksSlavesThatSomebodyHasLockedAgainstWrites) {
   DriveLine drives(3);
   LineOperation operation(drives);
-  const auto lock = wire::to_le_bytes<std::uint8_t>(1);
+  const auto lock = bytes::to_le_bytes<std::uint8_t>(1);
   auto& bus = operation.master().bus();
   ASSERT_EQ(sentence(bus.broadcast_write(wire::reg::kRegisterWriteProtection.address, lock)), "");
   ASSERT_EQ(sentence(bus.broadcast_write(wire::reg::kEscWriteProtection.address, lock)), "");

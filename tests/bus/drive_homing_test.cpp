@@ -93,7 +93,7 @@ class HomingLine : public SingleLine {
   HomingLine(const RunOptions& options, int method) : SingleLine(1, options, switches_for(method), 0.2 * kHomingTurn) {}
 
   [[nodiscard]] double revolutions() { return drives.drive(0).position_rad() / kHomingTurn; }
-  [[nodiscard]] ecat_master::AxisReport now() { return axes().axis_report(0); }
+  [[nodiscard]] motion::AxisReport now() { return axes().axis_report(0); }
   RequestReport home() { return finish(submit(request(AxisCommand::kHome)), 400'000); }
   /// Starts homing and waits until the axis moves.
   std::uint64_t home_under_way() {

@@ -226,16 +226,16 @@ TEST(DriveProfile, ATargetThatIsNotReachedInTimeStopsTheAxis) {
 }
 
 /// Hides bit 12 of the status word: a drive that accepts no target.
-class Deaf final : public ecat_master::CycleTask {
+class Deaf final : public motion::CycleTask {
  public:
-  void update(const ecat_master::TaskCycle& cycle) noexcept override { cycle.outputs[0] &= std::byte{0xEF}; }
+  void update(const motion::TaskCycle& cycle) noexcept override { cycle.outputs[0] &= std::byte{0xEF}; }
 };
 
 TEST(DriveProfile, ADriveThatDoesNotTakeItsTargetIsStopped) {
   Deaf deaf;
   auto options = profile_options();
   options.task = &deaf;
-  options.task_order = ecat_master::TaskTiming::Order::kAfterMotion;
+  options.task_order = motion::TaskTiming::Order::kAfterMotion;
   ProfileLine line(options);
   EXPECT_EQ(line.ask(by(1.0)).error, AxisError::kNoTarget);
   EXPECT_EQ(line.state(), PlcopenState::kErrorStop);

@@ -13,7 +13,7 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::cia402::Mode;
+using motion::cia402::Mode;
 
 constexpr double kEndlessTurn = 6.283185307179586;
 constexpr std::int32_t kEndlessRange = 1048576;

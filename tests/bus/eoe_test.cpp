@@ -122,7 +122,7 @@ TEST(EoeOfALine, DisturbsNeitherTheMotionNorTheSdos) {
   EXPECT_EQ(operation.statistics().wkc_errors, 0U);
   EXPECT_EQ(operation.statistics().stale_frames, 0U);
   EXPECT_EQ(operation.statistics().missed_periods, missed);
-  EXPECT_EQ(operation.motion().failure().cause, ecat_master::MotionFailure::Cause::kNone);
+  EXPECT_EQ(operation.motion().failure().cause, motion::MotionFailure::Cause::kNone);
 }
 
 TEST(EoeOfALine, UsesAlmostEveryCycleForAFragment) {

@@ -12,13 +12,13 @@ using slaves::msd::Variant;
 using wire::AlState;
 
 /// PDOs of the sync manager's direction that the mode assigns, with their contents in the file.
-std::vector<ecat_master::PdoMapping> mappings(const std::vector<esi::Pdo>& pdos, const esi::DcOpMode& mode) {
-  std::vector<ecat_master::PdoMapping> result;
+std::vector<motion::PdoMapping> mappings(const std::vector<esi::Pdo>& pdos, const esi::DcOpMode& mode) {
+  std::vector<motion::PdoMapping> result;
   for (const auto& assignment : mode.assignments) {
     for (const auto index : assignment.pdos) {
       for (const auto& pdo : pdos) {
         if (pdo.index != index) continue;
-        ecat_master::PdoMapping& mapping = result.emplace_back();
+        motion::PdoMapping& mapping = result.emplace_back();
         mapping.index = index;
         for (const auto& entry : pdo.entries) {
           mapping.objects.push_back({entry.index, entry.subindex, entry.bit_length});
@@ -32,7 +32,7 @@ std::vector<ecat_master::PdoMapping> mappings(const std::vector<esi::Pdo>& pdos,
 struct Tool {
   Variant variant;
   const char* op_mode;
-  ecat_master::cia402::Mode mode;
+  motion::cia402::Mode mode;
 };
 
 class EsiConfiguration : public testing::TestWithParam<Tool> {
@@ -71,8 +71,8 @@ TEST_P(EsiConfiguration, TakesTheDrivesToOpAndLetsThemFollowAPath) {
   operation.start_cycle();
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
   operation.motion().request_start();
-  ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kFollowing, std::chrono::seconds{2}));
-  ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kHolding, std::chrono::seconds{2}));
+  ASSERT_TRUE(operation.run_until(motion::MotionPhase::kFollowing, std::chrono::seconds{2}));
+  ASSERT_TRUE(operation.run_until(motion::MotionPhase::kHolding, std::chrono::seconds{2}));
   for (std::size_t i = 0; i < drives.size(); ++i) {
     EXPECT_EQ(drives.drive(i).fault(), std::nullopt);
     EXPECT_EQ(drives.slave(i).device().process_data_size(2) % 2, 0U) << "every firmware takes it";
@@ -88,20 +88,21 @@ TEST_P(EsiConfiguration, TakesTheDrivesToOpAndLetsThemFollowAPath) {
   EXPECT_LT(error, 0.6);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Modes, EsiConfiguration,
-    testing::Values(Tool{Variant::kMsd, "DC CSP", ecat_master::cia402::Mode::kCyclicPosition},
-                    Tool{Variant::kMsd, "DC CSP offsets", ecat_master::cia402::Mode::kCyclicPosition},
-                    Tool{Variant::kMsd, "Free-Run CSP", ecat_master::cia402::Mode::kCyclicPosition},
-                    Tool{Variant::kMsd, "DC CSV", ecat_master::cia402::Mode::kCyclicVelocity},
-                    Tool{Variant::kMsd, "DC CST", ecat_master::cia402::Mode::kCyclicTorque},
-                    Tool{Variant::kServoOne, "DC CSP", ecat_master::cia402::Mode::kCyclicPosition},
-                    Tool{Variant::kServoOneJunior, "DC CSP", ecat_master::cia402::Mode::kCyclicPosition}),
-    [](const auto& tested) {
-      std::string name = std::string(slaves::msd::facts(tested.param.variant).key) + "_" + tested.param.op_mode;
-      for (char& c : name) c = c == ' ' || c == '-' ? '_' : c;
-      return name;
-    });
+INSTANTIATE_TEST_SUITE_P(Modes, EsiConfiguration,
+                         testing::Values(Tool{Variant::kMsd, "DC CSP", motion::cia402::Mode::kCyclicPosition},
+                                         Tool{Variant::kMsd, "DC CSP offsets", motion::cia402::Mode::kCyclicPosition},
+                                         Tool{Variant::kMsd, "Free-Run CSP", motion::cia402::Mode::kCyclicPosition},
+                                         Tool{Variant::kMsd, "DC CSV", motion::cia402::Mode::kCyclicVelocity},
+                                         Tool{Variant::kMsd, "DC CST", motion::cia402::Mode::kCyclicTorque},
+                                         Tool{Variant::kServoOne, "DC CSP", motion::cia402::Mode::kCyclicPosition},
+                                         Tool{Variant::kServoOneJunior, "DC CSP",
+                                              motion::cia402::Mode::kCyclicPosition}),
+                         [](const auto& tested) {
+                           std::string name =
+                               std::string(slaves::msd::facts(tested.param.variant).key) + "_" + tested.param.op_mode;
+                           for (char& c : name) c = c == ' ' || c == '-' ? '_' : c;
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace driveline::bus_test

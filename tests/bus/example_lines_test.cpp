@@ -11,11 +11,11 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::AxisCommand;
-using ecat_master::AxisError;
-using ecat_master::AxisRequest;
-using ecat_master::PlcopenState;
-using ecat_master::RequestPhase;
+using motion::AxisCommand;
+using motion::AxisError;
+using motion::AxisRequest;
+using motion::PlcopenState;
+using motion::RequestPhase;
 using std::chrono::seconds;
 
 /// One drive with the cycle and the limit of an example; its axis turns.
@@ -43,7 +43,7 @@ class ExampleLine : public testing::TestWithParam<const char*> {
     ASSERT_EQ(phase(), RequestPhase::kReached);
   }
   std::uint64_t submit(const AxisRequest& request) { return operation->single_axes().submit(0, request); }
-  [[nodiscard]] ecat_master::AxisReport report() const { return operation->single_axes().axis_report(0); }
+  [[nodiscard]] motion::AxisReport report() const { return operation->single_axes().axis_report(0); }
   [[nodiscard]] RequestPhase phase() const { return operation->single_axes().report(turning).phase; }
 
   DriveLine drives{1};

@@ -10,11 +10,11 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::MotionPhase;
+using motion::MotionPhase;
 using slaves::PowerState;
 using wire::AlState;
 using wire::AlStatusCode;
-using Cause = ecat_master::MotionFailure::Cause;
+using Cause = motion::MotionFailure::Cause;
 
 /// Three drives moving along their path.
 class InMotion : public testing::Test {

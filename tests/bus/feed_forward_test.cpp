@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "driveline/ecat_master/cyclic/path_source.hpp"
+#include "driveline/motion/path/path_source.hpp"
 #include "driveline/runtime/identify/load_estimate.hpp"
 #include "driveline/runtime/identify/test_motion.hpp"
 #include "driveline/runtime/line.hpp"
@@ -235,7 +235,7 @@ TEST_F(FeedForwardLine, ATestMotionFindsTheLoad) {
   const auto running = line("", "");
   const auto& axis = running->config().axes.front();
   auto path = must(runtime::make_test_path({12.0, 80.0, 1000.0}, axis));
-  ecat_master::PathSource source(std::move(*path), std::span(&axis.limits, 1), ecat_master::LatePolicy::kStay);
+  motion::PathSource source(std::move(*path), std::span(&axis.limits, 1), motion::LatePolicy::kStay);
   ASSERT_TRUE(running->use(source));
   Records records;
   running->add(records);

@@ -4,15 +4,15 @@
 
 #include <gmock/gmock.h>
 
-#include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
 #include "driveline/ecat_master/configuration/process_variables.hpp"
+#include "driveline/motion/axis/startup_sdos.hpp"
 
 namespace driveline::bus_test {
 namespace {
 
 using ecat_master::SlavePlan;
-using ecat_master::WriteNeed;
+using motion::WriteNeed;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -36,7 +36,7 @@ SlavePlan own_pdos() {
 
 SlavePlan own_pdos_and_period(nanoseconds period, WriteNeed need = WriteNeed::kOptional) {
   auto plan = own_pdos();
-  plan.startup_sdos = ecat_master::cia402_startup_sdos(period);
+  plan.startup_sdos = motion::cia402_startup_sdos(period);
   for (auto& sdo : plan.startup_sdos) sdo.need = need;
   return plan;
 }

@@ -10,7 +10,7 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::FlightRecorder;
-using ecat_master::MotionPhase;
+using motion::MotionPhase;
 
 /// A CSV file as columns of numbers by name.
 std::map<std::string, std::vector<double>> columns_of(const std::string& csv) {

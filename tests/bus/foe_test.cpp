@@ -212,7 +212,7 @@ TEST(FoeParameters, AreReadInOperationAndWrittenInPreOpOnly) {
   EXPECT_EQ(sentence(foe.write({"parameters.txt", 0}, *set)),
             "slave 0: refused the file with FoE error 0x8002 (access denied): the power stage is on");
   EXPECT_EQ(operation.statistics().wkc_errors, 0U);
-  EXPECT_EQ(operation.motion().failure().cause, ecat_master::MotionFailure::Cause::kNone);
+  EXPECT_EQ(operation.motion().failure().cause, motion::MotionFailure::Cause::kNone);
 }
 
 TEST(FoePassword, AllThirtyTwoBitsOfItCount) {

@@ -10,8 +10,8 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::MotionPhase;
-using ecat_master::cia402::Mode;
+using motion::MotionPhase;
+using motion::cia402::Mode;
 using snapshot::AxisSample;
 
 /// A path fast enough to reveal a wrong pairing of setpoint and position: 8 rad/s.
@@ -70,8 +70,8 @@ INSTANTIATE_TEST_SUITE_P(Exchanges, FollowingErrorInCsp,
 
 TEST(FollowingError, IsKnownWithoutTheObjectOfTheDrive) {
   RunOptions options;
-  options.pdos = ecat_master::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}}},
-                                               {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}}}};
+  options.pdos = motion::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}}},
+                                          {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}}}};
   DriveLine with(1);
   DriveLine without(1);
   LineOperation reported(with, RunOptions{});

@@ -12,9 +12,9 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::MotionFailure;
-using ecat_master::MotionPhase;
-using ecat_master::cia402::Mode;
+using motion::MotionFailure;
+using motion::MotionPhase;
+using motion::cia402::Mode;
 
 constexpr double kWindow = 0.05;
 constexpr double kPeriodS = 125e-6;

@@ -11,8 +11,8 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CyclicEvent;
-using ecat_master::MotionFailure;
-using ecat_master::MotionPhase;
+using motion::MotionFailure;
+using motion::MotionPhase;
 using slaves::PowerState;
 
 /// Four drives on their path, in two groups: drives 0 and 2, drives 1 and 3. An unplanned FMMU of drive 1 overwrites

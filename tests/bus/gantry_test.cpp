@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "driveline/ecat_master/single_axis/gantry.hpp"
+#include "driveline/motion/single_axis/gantry.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
 #include "single_line.hpp"
 #include "startup_objects.hpp"
@@ -16,9 +16,9 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::GantryReport;
-using ecat_master::GantrySettings;
-using ecat_master::ProbeTrigger;
+using motion::GantryReport;
+using motion::GantrySettings;
+using motion::ProbeTrigger;
 
 constexpr std::size_t kLeader = 0;
 constexpr std::size_t kFollower = 1;

@@ -46,8 +46,8 @@ struct Coverage {
 /// Options of a seed; mostly position modes.
 RunOptions options(unsigned seed) {
   auto made = single_options();
-  if (seed % 4 == 2) made.mode = ecat_master::cia402::Mode::kCyclicVelocity;
-  if (seed % 4 == 3) made.mode = ecat_master::cia402::Mode::kCyclicTorque;
+  if (seed % 4 == 2) made.mode = motion::cia402::Mode::kCyclicVelocity;
+  if (seed % 4 == 3) made.mode = motion::cia402::Mode::kCyclicTorque;
   return made;
 }
 

@@ -26,7 +26,7 @@ using trajectory::ScaraKinematics;
 constexpr double kOnPath = 2e-5;  ///< m: whole increments of the joints, 6e-6 rad, on arms of 0.55 m
 
 /// Records the setpoints of the axes when an output changes.
-class Noted final : public ecat_master::PathOutputs {
+class Noted final : public motion::PathOutputs {
  public:
   void change(const trajectory::PathOutput& output) noexcept override {
     last = output;

@@ -15,12 +15,12 @@ using slaves::msd::Variant;
 RunOptions interpolated_options(Variant variant = Variant::kMsd) {
   auto options = single_options();
   options.variant = variant;
-  options.pdos = ecat_master::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
-                                                {0x1601, {{0x60FF, 0, 32}, {0x60C1, 1, 32}}},
-                                                {0x1602, {{0x6071, 0, 16}, {0x60B1, 0, 32}, {0x60B2, 0, 16}}}},
-                                               {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
-                                                {0x1A01, {{0x606C, 0, 32}, {0x60F4, 0, 32}}},
-                                                {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}}}}};
+  options.pdos = motion::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
+                                           {0x1601, {{0x60FF, 0, 32}, {0x60C1, 1, 32}}},
+                                           {0x1602, {{0x6071, 0, 16}, {0x60B1, 0, 32}, {0x60B2, 0, 16}}}},
+                                          {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
+                                           {0x1A01, {{0x606C, 0, 32}, {0x60F4, 0, 32}}},
+                                           {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}}}}};
   return options;
 }
 
@@ -33,7 +33,7 @@ AxisRequest into(std::int8_t mode) {
 class InterpolatedLine : public SingleLine {
  public:
   explicit InterpolatedLine(const RunOptions& options = interpolated_options()) : SingleLine(1, options) { enable(); }
-  [[nodiscard]] ecat_master::AxisReport now() { return axes().axis_report(0); }
+  [[nodiscard]] motion::AxisReport now() { return axes().axis_report(0); }
   /// Bit 12 of the status word: the drive interpolates (MSD manual Table 11.9).
   [[nodiscard]] bool interpolates() { return (axes().axes()[0].inputs().status_word & 0x1000U) != 0; }
 };
@@ -70,7 +70,7 @@ INSTANTIATE_TEST_SUITE_P(OfDrives, EveryInterpolation, testing::Values(Variant::
 
 TEST(InterpolatedPosition, AnAxisMayBeginInIt) {
   auto options = interpolated_options();
-  options.mode = ecat_master::cia402::Mode::kInterpolatedPosition;
+  options.mode = motion::cia402::Mode::kInterpolatedPosition;
   InterpolatedLine line(options);
   EXPECT_EQ(line.now().mode, 7);
   EXPECT_EQ(line.ask(move(3.0)).phase, RequestPhase::kDone);

@@ -13,9 +13,9 @@ namespace {
 using ecat_master::CyclicCore;
 using ecat_master::ImageLayout;
 using ecat_master::Master;
-using ecat_master::PdoMapping;
 using ecat_master::ProcessVariables;
 using ecat_master::SlavePlan;
+using motion::PdoMapping;
 using testing::HasSubstr;
 
 /// No mailbox; two sync managers each way: bits that fill no byte, and words. Inputs repeat outputs.
@@ -100,7 +100,7 @@ class Terminals : public testing::TestWithParam<TerminalCase> {
     CyclicCore::Settings settings;
     settings.copies = std::move(copies);
     const auto started = master->start_cycle(nullptr, {}, settings, [this](CyclicCore& core) {
-      return std::make_unique<ecat_master::InlineRunner>(core, clock);
+      return std::make_unique<motion::InlineRunner>(core, clock);
     });
     ASSERT_TRUE(started.has_value());
     ASSERT_EQ(sentence(master->go_operational()), "");
@@ -111,7 +111,7 @@ class Terminals : public testing::TestWithParam<TerminalCase> {
   auto entry(const char* name) {
     auto found = variables->entry<T>(name);
     EXPECT_TRUE(found.has_value()) << describe(found.error());
-    return found.value_or(ecat_master::PdoEntry<T>{});
+    return found.value_or(motion::PdoEntry<T>{});
   }
   void pass() { master->pass(milliseconds{2}); }
 

@@ -11,12 +11,12 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::AbsenceEffect;
-using ecat_master::LatePolicy;
-using ecat_master::LossPolicy;
-using ecat_master::MasterAbsence;
-using ecat_master::MotionFailure;
-using ecat_master::MotionPhase;
+using motion::AbsenceEffect;
+using motion::LatePolicy;
+using motion::LossPolicy;
+using motion::MasterAbsence;
+using motion::MotionFailure;
+using motion::MotionPhase;
 using testing::HasSubstr;
 
 TEST(LateMaster, CountsItsWholeAbsence) {
@@ -62,9 +62,9 @@ TEST(LateMaster, CountingThatIsRestartedBetweenTwoCyclesStartsAnew) {
 }
 
 /// Ends the counting as soon as an absence is reported, before the late cycle is over, as a supervising thread may do.
-class EndsCountingAtOnce final : public ecat_master::CycleTask {
+class EndsCountingAtOnce final : public motion::CycleTask {
  public:
-  void update(const ecat_master::TaskCycle&) noexcept override {
+  void update(const motion::TaskCycle&) noexcept override {
     MasterAbsence absence;
     if (core != nullptr && core->take_absence(absence)) core->count(false);
   }
@@ -106,7 +106,7 @@ TEST(LateMotion, StaysLateByThePeriodsThatWereMissed) {
   EXPECT_EQ(absences[0].duration, 5 * kLatePeriod);
   EXPECT_EQ(absences[0].path_late, 5 * kLatePeriod);
   EXPECT_EQ(absences[0].effect, AbsenceEffect::kBridged);
-  EXPECT_EQ(ecat_master::describe(absences[0], absences[0].since - milliseconds{850}, "8 cycles"),
+  EXPECT_EQ(motion::describe(absences[0], absences[0].since - milliseconds{850}, "8 cycles"),
             "the master was away for 0.6 ms at 0.850 s; the path is 0.6 ms late");
 }
 
@@ -268,7 +268,7 @@ TEST(LateMotion, IsStoppedByTheDrivesAfterTooLongAnAbsence) {
   const auto absences = line.absences();
   ASSERT_EQ(absences.size(), 1U);
   EXPECT_EQ(absences[0].effect, AbsenceEffect::kStopped);
-  EXPECT_THAT(ecat_master::describe(absences[0], absences[0].since, "8 cycles"),
+  EXPECT_THAT(motion::describe(absences[0], absences[0].since, "8 cycles"),
               HasSubstr(" at 0.000 s, longer than 8 cycles: all axes"));
   line.cycles(2000);
   line.expect_obedience();

@@ -17,12 +17,12 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::AxisPresence;
 using ecat_master::CoeClient;
 using ecat_master::LineSupervisor;
-using ecat_master::LossPolicy;
-using ecat_master::MotionFailure;
-using ecat_master::MotionPhase;
+using motion::AxisPresence;
+using motion::LossPolicy;
+using motion::MotionFailure;
+using motion::MotionPhase;
 using wire::AlState;
 
 /// Logical addresses that a frame carries, according to its datagrams.
@@ -156,8 +156,8 @@ INSTANTIATE_TEST_SUITE_P(Layouts, EveryLayoutLoses, all_layouts(),
                          [](const auto& name) { return std::string(name.param.name); });
 
 /// Counts the cycles in which the data of a slave were not valid.
-struct Watch final : ecat_master::CycleTask {
-  void update(const ecat_master::TaskCycle& now) noexcept override {
+struct Watch final : motion::CycleTask {
+  void update(const motion::TaskCycle& now) noexcept override {
     const auto valid = now.valid;
     ++cycles;
     for (std::size_t i = 0; i < valid.size(); ++i) invalid[i] += valid[i] ? 0 : 1;
@@ -298,7 +298,8 @@ TEST_P(EveryLayoutBeside, MailboxesOfAllSlavesAreServed) {
     std::vector<ecat_master::SdoFuture> downloads;
     for (std::uint16_t i = 0; i < kDrives; ++i) {
       CoeClient coe(operation->master().mailboxes(), i);
-      downloads.push_back(coe.start_download({0x6065, 0, false}, wire::to_le_bytes<std::uint32_t>(70'000 + round + i)));
+      downloads.push_back(
+          coe.start_download({0x6065, 0, false}, bytes::to_le_bytes<std::uint32_t>(70'000 + round + i)));
     }
     for (auto& download : downloads) ASSERT_EQ(sentence(download.get()), "");
   }

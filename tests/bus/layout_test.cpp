@@ -10,8 +10,8 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::MotionFailure;
-using ecat_master::MotionPhase;
+using motion::MotionFailure;
+using motion::MotionPhase;
 using wire::AlState;
 
 class EveryLayout : public LayoutTest {};
@@ -103,8 +103,8 @@ TEST_P(EveryLayout, AWorkingCounterThatNobodyExplainsMakesNobodyValid) {
     while (more != 0 && cursor && !cursor->done()) {
       auto datagram = cursor->next();
       if (datagram && wire::is_logical(datagram->header.command)) {
-        wire::store_le<std::uint16_t>(datagram->working_counter_bytes,
-                                      static_cast<std::uint16_t>(datagram->working_counter() + more));
+        bytes::store_le<std::uint16_t>(datagram->working_counter_bytes,
+                                       static_cast<std::uint16_t>(datagram->working_counter() + more));
       }
     }
   });

@@ -13,8 +13,8 @@ namespace {
 
 using ecat_master::CoeClient;
 using ecat_master::Master;
-using ecat_master::MotionFailure;
-using ecat_master::MotionPhase;
+using motion::MotionFailure;
+using motion::MotionPhase;
 using wire::AlState;
 using Direction = LossyPort::Direction;
 
@@ -274,18 +274,18 @@ TEST_P(LostExchanges, AreCountedForASingleAxisAsWell) {
   single.single_axes = true;
   IdleOperation operation(drives, port, single);
   auto& axes = operation.single_axes();
-  ecat_master::AxisRequest request;
-  request.command = ecat_master::AxisCommand::kPower;
+  motion::AxisRequest request;
+  request.command = motion::AxisCommand::kPower;
   request.on = true;
   static_cast<void>(axes.submit(0, request));
   operation.run(std::chrono::seconds{1});
-  ASSERT_EQ(axes.axis_report(0).state, ecat_master::PlcopenState::kStandstill);
+  ASSERT_EQ(axes.axis_report(0).state, motion::PlcopenState::kStandstill);
   for (const int exchanges : {1, 7}) {
     lose(operation, exchanges);
-    EXPECT_EQ(axes.axis_report(0).error, ecat_master::AxisError::kNone) << exchanges;
+    EXPECT_EQ(axes.axis_report(0).error, motion::AxisError::kNone) << exchanges;
   }
   lose(operation, 8);
-  EXPECT_EQ(axes.axis_report(0).error, ecat_master::AxisError::kLost);
+  EXPECT_EQ(axes.axis_report(0).error, motion::AxisError::kLost);
 }
 
 INSTANTIATE_TEST_SUITE_P(Dividers, LostExchanges, testing::Values(1U, 2U, 8U, 16U),

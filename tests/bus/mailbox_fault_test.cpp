@@ -295,7 +295,7 @@ TEST(TwoMastersOnOneWire, ThatOneCyclesIsToldWithWhatTheOtherDoes) {
                             "from ([0-9A-F]{2}:){5}[0-9A-F]{2}, among them APRD to AL status \\(0x0130\\); two "
                             "masters disturb each other"));
   // It sends all slaves to INIT.
-  const auto init = wire::to_le_bytes(wire::AlControl{wire::AlState::kInit, false, false}.raw());
+  const auto init = bytes::to_le_bytes(wire::AlControl{wire::AlState::kInit, false, false}.raw());
   ASSERT_TRUE(second.bus().broadcast_write(wire::reg::kAlControl.address, init));
   operation.run(milliseconds{2});
   supervisor.poll();
@@ -334,7 +334,7 @@ TEST(TwoMastersOnOneWire, AToolOfThisProgramIsNobodyToSpeakOfUntilItChangesState
   // The tool is distinguished like any second master.
   EXPECT_GT(tool.exchange_statistics().frames_of_masters, 0U) << "it hears the master";
   // State changes of the line are reported, whichever program sends them.
-  const auto init = wire::to_le_bytes(wire::AlControl{wire::AlState::kInit, false, false}.raw());
+  const auto init = bytes::to_le_bytes(wire::AlControl{wire::AlState::kInit, false, false}.raw());
   ASSERT_TRUE(tool.bus().broadcast_write(wire::reg::kAlControl.address, init));
   operation.run(milliseconds{2});
   supervisor.poll();

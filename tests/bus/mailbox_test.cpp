@@ -43,7 +43,7 @@ TEST(MailboxesOfManySlaves, AreServedSideBySide) {
   const auto futures = line.ask_all();
   for (std::size_t i = 0; i < futures.size(); ++i) {
     ASSERT_EQ(sentence(futures[i].get()), "");
-    EXPECT_EQ(wire::load_le<std::uint32_t>(*futures[i].get()), 1000 + i);
+    EXPECT_EQ(bytes::load_le<std::uint32_t>(*futures[i].get()), 1000 + i);
   }
 }
 
@@ -78,7 +78,7 @@ TEST(MailboxesOfManySlaves, ScriptsRunSideBySideAndEndOneByOne) {
   line.drives.slave(1).mailbox().set_fault(Fault::kSilent);
   std::vector<ecat_master::SdoScript> scripts;
   for (std::uint16_t i = 0; i < 6; ++i) {
-    const auto value = wire::to_le_bytes<std::uint32_t>(5000U + i);
+    const auto value = bytes::to_le_bytes<std::uint32_t>(5000U + i);
     scripts.push_back({i, {{{0x6065, 0, false}, {value.begin(), value.end()}}}});
     if (i == 4) scripts.back().steps.insert(scripts.back().steps.begin(), {{0x5FFF, 0, false}, {std::byte{1}}});
   }
@@ -151,7 +151,7 @@ TEST(SdoRequestOfTheCycle, ReadsAndWritesWhileOthersStepTheEngine) {
   auto& engine = line.master.mailboxes();
   const auto request = make_request(engine, 1, 0x6065, 0, 4);
   EXPECT_EQ(request->state(), SdoRequest::State::kIdle);
-  const auto value = wire::to_le_bytes<std::uint32_t>(4711);
+  const auto value = bytes::to_le_bytes<std::uint32_t>(4711);
   ASSERT_TRUE(request->start_download(value));
   EXPECT_FALSE(request->start_upload()) << "one at a time";
   auto run = [&] {

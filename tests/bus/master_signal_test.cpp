@@ -1,5 +1,5 @@
 // Encoders and actual positions as masters, compared with the positions of the simulated shafts at the same instant.
-#include "driveline/ecat_master/single_axis/master_signal.hpp"
+#include "driveline/motion/single_axis/master_signal.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,14 +12,14 @@
 #include <random>
 #include <vector>
 
-#include "driveline/ecat_master/single_axis/couplings.hpp"
+#include "driveline/motion/single_axis/couplings.hpp"
 #include "single_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::Couplings;
-using ecat_master::MasterSignal;
+using motion::Couplings;
+using motion::MasterSignal;
 using trajectory::CatchUp;
 using trajectory::CouplingLaw;
 using trajectory::CouplingState;
@@ -47,7 +47,7 @@ class EncoderLine : public SingleLine {
     } else {
       MasterSignal::Encoder encoder;
       const auto place = operation.master().image().places()[1].input_offset + kPositionOffset;
-      encoder.entry = ecat_master::PdoBits(8 * place, 32);
+      encoder.entry = motion::PdoBits(8 * place, 32);
       encoder.slave = 1;
       encoder.increments_per_unit = kDemandIncrements;
       signal = std::make_unique<MasterSignal>(encoder, tracker_settings(), bounds);
@@ -207,7 +207,7 @@ TEST(MasterSignal, ARelativePhaseCountsFromTheOneThatThereIs) {
 // The position where the entry wraps around means nothing to the axis.
 TEST(MasterSignal, GoesOnWhereTheEntryBeginsAnew) {
   MasterSignal::Encoder encoder;
-  encoder.entry = ecat_master::PdoBits(0, 12);
+  encoder.entry = motion::PdoBits(0, 12);
   encoder.range = 3600;
   encoder.increments_per_unit = -100.0;
   auto settings = tracker_settings();

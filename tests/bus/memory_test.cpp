@@ -29,7 +29,7 @@ TEST(MemoryOfTheMaster, StaysSmallWith256Drives) {
   settings.period = milliseconds{1};
   settings.receive_window = microseconds{750};
   const auto started = master.start_cycle(nullptr, {}, settings, [&](ecat_master::CyclicCore& core) {
-    return std::make_unique<ecat_master::InlineRunner>(core, drives.clock);
+    return std::make_unique<motion::InlineRunner>(core, drives.clock);
   });
   ASSERT_TRUE(started.has_value());
   ASSERT_EQ(sentence(master.go_operational()), "");

@@ -47,7 +47,7 @@ class MixedLine : public testing::Test {
     ASSERT_EQ(sentence(master->configure(plans)), "");
     variables = std::make_unique<ProcessVariables>(master->slaves(), master->image());
     ASSERT_TRUE(master->start_cycle(nullptr, {}, {}, [this](ecat_master::CyclicCore& core) {
-      return std::make_unique<ecat_master::InlineRunner>(core, clock);
+      return std::make_unique<motion::InlineRunner>(core, clock);
     }));
     ASSERT_EQ(sentence(master->go_operational()), "");
   }

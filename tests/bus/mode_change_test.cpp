@@ -15,14 +15,14 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::Axis;
-using ecat_master::MotionFailure;
-using ecat_master::cia402::Mode;
+using motion::Axis;
+using motion::MotionFailure;
+using motion::cia402::Mode;
 
 /// Keeps the old mode in the process data for some cycles, like a slow drive.
-class SlowMode final : public ecat_master::CycleTask {
+class SlowMode final : public motion::CycleTask {
  public:
-  void update(const ecat_master::TaskCycle& cycle) noexcept override {
+  void update(const motion::TaskCycle& cycle) noexcept override {
     const auto wanted = cycle.outputs[kModeOffset];
     waited_ = wanted == shown_ ? 0 : waited_ + 1;
     if (waited_ > slowness) shown_ = wanted;
@@ -144,7 +144,7 @@ TEST(ModeChange, OfASlowDriveIsWithinTheLimitsMeanwhile) {
       slow.slowness = slowness;
       auto options = ModeLine::fast_path();
       options.task = &slow;
-      options.task_order = ecat_master::TaskTiming::Order::kAfterMotion;
+      options.task_order = motion::TaskTiming::Order::kAfterMotion;
       ModeLine line(options);
       line.load(0.2);
       line.cycles(3400);
@@ -163,7 +163,7 @@ TEST(ModeChange, ThatTheDriveNeverMakesCanBeTakenBack) {
   slow.slowness = 1'000'000;
   auto options = ModeLine::fast_path();
   options.task = &slow;
-  options.task_order = ecat_master::TaskTiming::Order::kAfterMotion;
+  options.task_order = motion::TaskTiming::Order::kAfterMotion;
   ModeLine line(options);
   line.cycles(3400);
   EXPECT_TRUE(line.axis().set_mode(Mode::kCyclicTorque));
@@ -373,8 +373,8 @@ TEST(ModeChangeCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
 
 TEST(ModeChange, IsRefusedWithoutTheObjects) {
   RunOptions options;
-  options.pdos = ecat_master::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}}},
-                                               {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}}}};
+  options.pdos = motion::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}}},
+                                          {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}}}};
   ModeLine line(options);
   EXPECT_FALSE(line.axis().set_mode(Mode::kCyclicVelocity));
   EXPECT_FALSE(line.axis().set_mode(Mode::kInterpolatedPosition));

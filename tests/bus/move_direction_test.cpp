@@ -10,7 +10,7 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::MoveDirection;
+using motion::MoveDirection;
 
 constexpr double kModulo = 6.283185307179586;
 constexpr double kHair = 1e-9;

@@ -14,9 +14,9 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::MotionFailure;
-using ecat_master::MotionPhase;
-using ecat_master::cia402::Mode;
+using motion::MotionFailure;
+using motion::MotionPhase;
+using motion::cia402::Mode;
 using snapshot::AxisState;
 using wire::AlState;
 
@@ -31,8 +31,8 @@ TEST(Configuration, TakesAllDrivesToSafeOp) {
   EXPECT_EQ(image.datagrams()[0].expected_working_counter, 8 * 3);
   for (std::size_t i = 0; i < 8; ++i) {
     const auto& memory = drives.slave(i).esc().memory();
-    EXPECT_EQ(wire::load_le<std::uint16_t>(memory.at(wire::reg::kSyncManager.at(2) + 2U, 2)), 19);
-    EXPECT_EQ(wire::load_le<std::uint16_t>(memory.at(wire::reg::kSyncManager.at(3) + 2U, 2)), 19);
+    EXPECT_EQ(bytes::load_le<std::uint16_t>(memory.at(wire::reg::kSyncManager.at(2) + 2U, 2)), 19);
+    EXPECT_EQ(bytes::load_le<std::uint16_t>(memory.at(wire::reg::kSyncManager.at(3) + 2U, 2)), 19);
   }
 }
 

@@ -8,9 +8,9 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::MappedObject;
 using ecat_master::Master;
-using ecat_master::PdoConfiguration;
+using motion::MappedObject;
+using motion::PdoConfiguration;
 using wire::AlState;
 
 std::vector<ecat_master::SlaveInfo> infos_of(Master& master) {
@@ -47,7 +47,7 @@ TEST(OwnPdos, AreReadBackAsTheyWereWrittenFromAllSlavesAtOnce) {
   EXPECT_TRUE(notes.empty());
   for (const auto& configuration : found) {
     ASSERT_EQ(sentence(configuration), "");
-    expect_same(*configuration, ecat_master::axis_pdo_configuration());
+    expect_same(*configuration, motion::axis_pdo_configuration());
   }
 }
 
@@ -104,7 +104,7 @@ TEST(NamedPdos, WithoutObjectsAreTakenAsTheDriveHasMappedThem) {
   auto& master = operation.master();
   ASSERT_EQ(sentence(master.scan()), "");
   ASSERT_EQ(sentence(master.configure(plans_by_index(operation))), "");
-  const auto& wanted = ecat_master::axis_pdo_configuration();
+  const auto& wanted = motion::axis_pdo_configuration();
   for (std::size_t i = 0; i < 3; ++i) {
     const auto& pdos = master.slaves()[i].plan.pdos;
     ASSERT_EQ(pdos.outputs.size(), wanted.outputs.size());
@@ -143,7 +143,7 @@ TEST(LineWithoutDescription, RunsWithWhatTheSlavesHaveAssigned) {
   }
   ScannedMaster master(drives.line(), drives.clock);
   ASSERT_EQ(sentence(master.configure({})), "");
-  for (std::size_t i = 0; i < 3; ++i) expect_same(master.slaves()[i].plan.pdos, ecat_master::axis_pdo_configuration());
+  for (std::size_t i = 0; i < 3; ++i) expect_same(master.slaves()[i].plan.pdos, motion::axis_pdo_configuration());
   EXPECT_TRUE(drives.all_in(AlState::kSafeOp));
 }
 

@@ -15,8 +15,8 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::ImageLayout;
-using ecat_master::MotionFailure;
-using ecat_master::MotionPhase;
+using motion::MotionFailure;
+using motion::MotionPhase;
 using port::RedundantPort;
 using State = port::RingStatus::State;
 
@@ -327,7 +327,7 @@ TEST_F(Ring, TheSupervisorTellsWhoIsCutOff) {
 
 TEST_F(Ring, TwoNeighboursThatWereSwitchedOffComeBackInEitherOrder) {
   for (const auto& [first, second] : {std::pair<std::size_t, std::size_t>{1, 2}, {2, 1}}) {
-    start(RunOptions{.repeat = true, .on_loss = ecat_master::LossPolicy::kContinue});
+    start(RunOptions{.repeat = true, .on_loss = motion::LossPolicy::kContinue});
     ecat_master::LineSupervisor supervisor(operation->master(), &port);
     const auto live = [&](int rounds) {
       for (int i = 0; i < rounds; ++i) {

@@ -13,7 +13,7 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::cia402::Mode;
+using motion::cia402::Mode;
 
 constexpr double kReversedTurn = 6.283185307179586;
 
@@ -33,7 +33,7 @@ AxisRequest gentle(AxisRequest asked) {
 class ReversedLine : public SingleLine {
  public:
   explicit ReversedLine(const RunOptions& options = reversed_options()) : SingleLine(1, options) { enable(); }
-  [[nodiscard]] ecat_master::AxisReport now() { return axes().axis_report(0); }
+  [[nodiscard]] motion::AxisReport now() { return axes().axis_report(0); }
   [[nodiscard]] double shaft() { return drives.drive(0).position_rad(); }
   [[nodiscard]] double shaft_velocity() { return drives.drive(0).velocity_rad_s(); }
   template <typename Value>

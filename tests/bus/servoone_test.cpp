@@ -23,7 +23,7 @@ class ServoOneLine : public testing::TestWithParam<Variant> {
 
 TEST_P(ServoOneLine, FollowsItsPathInOp) {
   ASSERT_EQ(sentence(operation.to_motion()), "");
-  EXPECT_TRUE(operation.run_until(ecat_master::MotionPhase::kHolding, std::chrono::seconds{3}));
+  EXPECT_TRUE(operation.run_until(motion::MotionPhase::kHolding, std::chrono::seconds{3}));
   for (std::size_t i = 0; i < drives.size(); ++i) {
     EXPECT_EQ(drives.drive(i).variant(), GetParam());
     EXPECT_EQ(drives.drive(i).fault(), std::nullopt);

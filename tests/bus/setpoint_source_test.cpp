@@ -11,12 +11,12 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::MotionFailure;
-using ecat_master::MotionPhase;
-using ecat_master::SetpointCycle;
-using ecat_master::SetpointSource;
-using ecat_master::SourceRefusal;
-using ecat_master::cia402::Mode;
+using motion::MotionFailure;
+using motion::MotionPhase;
+using motion::SetpointCycle;
+using motion::SetpointSource;
+using motion::SourceRefusal;
+using motion::cia402::Mode;
 using trajectory::AxisSetpoint;
 using Setpoints = std::span<AxisSetpoint>;
 

@@ -21,7 +21,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Forth and back, at up to 24 rad/s and 380 rad/s^2, from any start.
-class SwingFeed final : public ecat_master::SetpointFeed {
+class SwingFeed final : public motion::SetpointFeed {
  public:
   [[nodiscard]] std::size_t axis_count() const noexcept override { return 1; }
   void join(std::size_t /*axis*/, const trajectory::AxisSetpoint& from) noexcept override { middle_ = from.position; }
@@ -199,7 +199,7 @@ TEST(SingleAxis, AnAxisThatRunsOnTakesNoReportFromAnother) {
   line.enable(1);
   const auto conveyor = line.submit(request(AxisCommand::kMoveVelocity, 1.0));
   EXPECT_EQ(line.finish(conveyor, 400).phase, RequestPhase::kReached);
-  for (auto last = conveyor; last + 1 < conveyor + ecat_master::RequestTable::kRemembered;) {
+  for (auto last = conveyor; last + 1 < conveyor + motion::RequestTable::kRemembered;) {
     const auto id = line.submit(request(AxisCommand::kSetOverride, 1.0), 1);
     if (id == 0) {
       line.cycle();
@@ -498,7 +498,7 @@ TEST(SingleAxis, ThatCoastsIsToldWhereItIsThoughTheMasterWasAway) {
 TEST(SingleAxis, FollowingInCstReturnsGentlyBehindAGap) {
   SwingFeed feed;
   auto options = single_options();
-  options.mode = ecat_master::cia402::Mode::kCyclicTorque;
+  options.mode = motion::cia402::Mode::kCyclicTorque;
   options.feed = &feed;
   Enabled<SingleLine> line(1, options);
   const auto followed = line.submit(request(AxisCommand::kFollow));

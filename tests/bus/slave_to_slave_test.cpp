@@ -74,7 +74,7 @@ TEST(SlaveToSlave, ARequestGoesToTheAddressedSlaveAndItsAnswerBack) {
   line.asking().says_first = {asks_product(kThird), asks_nothing(kThird)};
   line.exchange();
   ASSERT_EQ(line.heard.size(), 2U);
-  const auto code = wire::to_le_bytes(slaves::msd::kProductCode);
+  const auto code = bytes::to_le_bytes(slaves::msd::kProductCode);
   auto answer = mail_to(kThird, 3, {0x00, 0x30, 0x43, 0x18, 0x10, 0x02});
   answer[0] = std::byte{10};
   answer.insert(answer.end(), code.begin(), code.end());

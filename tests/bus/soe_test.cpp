@@ -214,7 +214,7 @@ esi::DeviceDescription drive_by_idn() {
   return device;
 }
 
-using Objects = std::vector<ecat_master::MappedObject>;
+using Objects = std::vector<motion::MappedObject>;
 
 TEST(SoeProcessData, AreThoseOfTheListsOfEachDrive) {
   SoeLine line(drive_by_idn());
@@ -245,7 +245,7 @@ TEST(SoeProcessData, GoThroughTheCycle) {
   ASSERT_EQ(sentence(line.master.configure(plans)), "");
   const ecat_master::ProcessVariables variables(line.master.slaves(), line.master.image());
   ASSERT_TRUE(line.master.start_cycle(nullptr, {}, {}, [&line](ecat_master::CyclicCore& core) {
-    return std::make_unique<ecat_master::InlineRunner>(core, line.clock);
+    return std::make_unique<motion::InlineRunner>(core, line.clock);
   }));
   ASSERT_EQ(sentence(line.master.go_operational()), "");
   auto& image = line.master.core()->image();

@@ -39,8 +39,8 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::AxisCommand;
-using ecat_master::PlcopenState;
+using motion::AxisCommand;
+using motion::PlcopenState;
 using runtime::StreamSession;
 using stream::EndReason;
 using stream::Refusal;
@@ -54,7 +54,7 @@ constexpr nanoseconds kKeepAlive = milliseconds{10};
 /// Forwards to axes that are created later.
 class LateAxes final : public runtime::StreamAxes {
  public:
-  void lead_to(ecat_master::SingleAxes& axes) { axes_access_.emplace(axes); }
+  void lead_to(motion::SingleAxes& axes) { axes_access_.emplace(axes); }
   [[nodiscard]] View view(std::size_t axis) const noexcept override { return axes_access_->view(axis); }
   void follow(std::size_t axis) noexcept override { axes_access_->follow(axis); }
   void halt(std::size_t axis) noexcept override { axes_access_->halt(axis); }
@@ -64,7 +64,7 @@ class LateAxes final : public runtime::StreamAxes {
   std::optional<runtime::SingleAxesAccess> axes_access_;
 };
 
-RunOptions stream_options(ecat_master::CycleTask& task) {
+RunOptions stream_options(motion::CycleTask& task) {
   RunOptions options;
   options.single_axes = true;
   options.task = &task;
@@ -123,7 +123,7 @@ class StreamLine {
         operation(drives, counted, options) {
     for (std::size_t i = 0; i < axes; ++i) judges.emplace_back(drives, i, LineOperation::axis(i, options).limits);
     EXPECT_EQ(sentence(operation.to_safe_op()), "");
-    operation.start_cycle([this, axes](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
+    operation.start_cycle([this, axes](ecat_master::CyclicCore& core) -> std::unique_ptr<motion::CycleRunner> {
       late_axes.lead_to(operation.single_axes());
       for (std::size_t i = 0; i < axes; ++i) operation.single_axes().add_feed(hub.feed(i), {i});
       return std::make_unique<CountedRunner<PageFaultLedger>>(core, drives.clock, page_faults);
@@ -161,7 +161,7 @@ class StreamLine {
     return authority.take(axis, terms).value();
   }
   void ask(std::size_t axis, AxisCommand command, double target = 0.0) {
-    ecat_master::AxisRequest request;
+    motion::AxisRequest request;
     request.command = command;
     request.target_si = target;
     ASSERT_NE(operation.single_axes().submit(axis, request), 0U);
@@ -425,7 +425,7 @@ TEST(Stream, AClientThatMisusesItsMemoryCausesNoPageFault) {
 TEST(Stream, AnAxisElsewhereOrInMotionIsBroughtOntoTheStream) {
   StreamLine line;
   line.let_in(2);
-  ecat_master::AxisRequest jog;
+  motion::AxisRequest jog;
   jog.command = AxisCommand::kMoveVelocity;
   jog.target_si = -20.0;
   static_cast<void>(line.operation.single_axes().submit(0, jog));
@@ -446,7 +446,7 @@ TEST(Stream, AnAxisElsewhereOrInMotionIsBroughtOntoTheStream) {
 TEST(Stream, ByHandAnAxisIsTakenAndOnlyGivenBackWhenAsked) {
   LedLine line;
   line.stream_swing(1000, 8);
-  ecat_master::AxisRequest halt;
+  motion::AxisRequest halt;
   halt.command = AxisCommand::kHalt;
   static_cast<void>(line.operation.single_axes().submit(1, halt));
   line.stream_swing(1000, 8);

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <random>
 
-#include "driveline/ecat_master/single_axis/couplings.hpp"
+#include "driveline/motion/single_axis/couplings.hpp"
 #include "single_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::Couplings;
+using motion::Couplings;
 
 constexpr double kCyclePeriodS = 125e-6;
 
@@ -116,7 +116,7 @@ TEST(Superimposed, GoesOnThroughAChangeOfModeBehindAGap) {
     lose_outputs(line, 3);
     line.cycles(after - 1);
     auto change = request(AxisCommand::kSetMode);
-    change.mode = static_cast<std::int8_t>(ecat_master::cia402::Mode::kCyclicVelocity);
+    change.mode = static_cast<std::int8_t>(motion::cia402::Mode::kCyclicVelocity);
     const auto changed = line.submit(change);
     for (int i = 0; i < 8000 && !line.axes().report(id).over(); ++i, ++passed) line.cycle();
     EXPECT_EQ(line.phase(changed), RequestPhase::kDone);

@@ -23,9 +23,9 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CoeClient;
-using ecat_master::CycleRunner;
 using ecat_master::CyclicCore;
-using ecat_master::MotionPhase;
+using motion::CycleRunner;
+using motion::MotionPhase;
 
 /// Cycles in a thread on the virtual clock while a caller waits for time to pass, so a busy machine only slows down the
 /// test.
@@ -185,7 +185,7 @@ TEST(CycleInItsThread, CarriesTransfersOfOthersWhileTheAxesMove) {
   }
   auto& core = *master.core();
   ecat_master::CyclicEvent event;
-  ecat_master::MasterAbsence absence;
+  motion::MasterAbsence absence;
   while (running.load() > 0) {
     operation.run(milliseconds{1});
     EXPECT_EQ(sentence(master.al_status()), "");
@@ -208,7 +208,7 @@ TEST(CycleInItsThread, CarriesTransfersOfOthersWhileTheAxesMove) {
 
 /// The path leaves the software limits, so each start fails when the axes have been enabled.
 TEST(CycleInItsThread, AFailureIsCompleteForThoseWhoReadItMeanwhile) {
-  using ecat_master::MotionFailure;
+  using motion::MotionFailure;
   DriveLine drives(1);
   RunOptions options;
   options.software_limits = trajectory::PositionRange{-0.5, 0.5};

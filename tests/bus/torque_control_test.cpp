@@ -113,7 +113,7 @@ TEST(TorqueControl, OutOfAMotionAndIntoAnotherIsWithinTheLimits) {
 std::pair<int, int> most_torque(std::optional<double> limit) {
   auto options = single_options();
   options.max_torque = limit;
-  options.mode = ecat_master::cia402::Mode::kCyclicTorque;
+  options.mode = motion::cia402::Mode::kCyclicTorque;
   Enabled<SingleLine> line(1, options);
   line.submit(move(4.0));
   std::pair<int, int> most{0, 0};

@@ -12,7 +12,7 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::ProbeTrigger;
+using motion::ProbeTrigger;
 using slaves::msd::Input;
 using slaves::msd::MachineSwitch;
 using slaves::msd::Variant;
@@ -57,7 +57,7 @@ class ProbeLine : public SingleLine {
   explicit ProbeLine(const RunOptions& options = probe_options()) : SingleLine(1, options, probe_switches()) {
     enable();
   }
-  [[nodiscard]] ecat_master::AxisReport now() { return axes().axis_report(0); }
+  [[nodiscard]] motion::AxisReport now() { return axes().axis_report(0); }
 };
 
 /// Motion within a control cycle of the drive, 62.5 us, plus an increment, at the velocity of the tests.

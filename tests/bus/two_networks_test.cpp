@@ -6,7 +6,7 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::MotionPhase;
+using motion::MotionPhase;
 
 TEST(TwoNetworks, RunSideBySide) {
   DriveLine lines[2] = {DriveLine(2), DriveLine(3)};

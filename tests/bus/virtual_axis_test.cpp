@@ -6,13 +6,13 @@
 #include <cstdlib>
 #include <vector>
 
-#include "driveline/ecat_master/single_axis/couplings.hpp"
+#include "driveline/motion/single_axis/couplings.hpp"
 #include "single_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::Couplings;
+using motion::Couplings;
 using trajectory::CatchUp;
 using trajectory::CouplingLaw;
 using trajectory::CouplingState;
@@ -26,7 +26,7 @@ RunOptions with_virtual_axis() {
   auto options = single_options();
   auto& axis = options.virtual_axes.emplace_back();
   axis.name = "material";
-  axis.slave = ecat_master::AxisConfig::kNoSlave;
+  axis.slave = motion::AxisConfig::kNoSlave;
   axis.limits = kLimits;
   axis.max_jerk = kMaxJerk;
   axis.period = kSinglePeriod;

@@ -50,7 +50,7 @@ void talk(std::span<const std::byte> input, std::size_t mailbox_bytes) {
   std::vector<std::byte> mailbox(mailbox_bytes);
   std::vector<std::byte> reply(mailbox_bytes);
   while (input.size() >= 2) {
-    const std::size_t length = std::min<std::size_t>(wire::load_le<std::uint16_t>(input), input.size() - 2);
+    const std::size_t length = std::min<std::size_t>(bytes::load_le<std::uint16_t>(input), input.size() - 2);
     std::fill(mailbox.begin(), mailbox.end(), std::byte{0});
     wire::MailboxHeader header;
     header.length = static_cast<std::uint16_t>(std::min(length, mailbox.size() - wire::MailboxHeader::kSize));
@@ -67,7 +67,7 @@ void talk(std::span<const std::byte> input, std::size_t mailbox_bytes) {
 }
 
 void append(Bytes& input, std::span<const std::byte> service) {
-  const auto length = wire::to_le_bytes(static_cast<std::uint16_t>(service.size()));
+  const auto length = bytes::to_le_bytes(static_cast<std::uint16_t>(service.size()));
   input.insert(input.end(), length.begin(), length.end());
   input.insert(input.end(), service.begin(), service.end());
 }

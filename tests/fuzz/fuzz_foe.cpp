@@ -22,7 +22,7 @@ constexpr std::size_t kRoom = 64;
 template <typename Take>
 void for_each_service(std::span<const std::byte> input, Take&& take) {
   while (input.size() >= 2) {
-    const std::size_t length = std::min<std::size_t>(wire::load_le<std::uint16_t>(input), input.size() - 2);
+    const std::size_t length = std::min<std::size_t>(bytes::load_le<std::uint16_t>(input), input.size() - 2);
     take(input.subspan(2, length));
     input = input.subspan(2 + length);
   }
@@ -69,7 +69,7 @@ void talk_to_master(std::span<const std::byte> input, FileTransfer& transfer) {
 }
 
 void append(Bytes& input, std::span<const std::byte> service) {
-  const auto length = wire::to_le_bytes(static_cast<std::uint16_t>(service.size()));
+  const auto length = bytes::to_le_bytes(static_cast<std::uint16_t>(service.size()));
   input.insert(input.end(), length.begin(), length.end());
   input.insert(input.end(), service.begin(), service.end());
 }

@@ -51,7 +51,7 @@ std::unique_ptr<slaves::SimulatedLine> make_line(rt::Clock& clock) {
 }
 
 void append_frame(Bytes& input, std::span<const std::byte> frame) {
-  const auto length = wire::to_le_bytes(static_cast<std::uint16_t>(frame.size()));
+  const auto length = bytes::to_le_bytes(static_cast<std::uint16_t>(frame.size()));
   input.insert(input.end(), length.begin(), length.end());
   input.insert(input.end(), frame.begin(), frame.end());
 }
@@ -85,10 +85,10 @@ Bytes mailbox_start() {
   constexpr std::array<std::uint8_t, 16> kManagers{0x00, 0x10, 0x00, 0x02, 0x26, 0, 1, 0,
                                                    0x00, 0x12, 0x00, 0x02, 0x22, 0, 1, 0};
   append_write(input, wire::reg::kSyncManager.address, std::as_bytes(std::span(kManagers)));
-  append_write(input, wire::reg::kAlControl.address, wire::to_le_bytes<std::uint16_t>(2));
+  append_write(input, wire::reg::kAlControl.address, bytes::to_le_bytes<std::uint16_t>(2));
   constexpr std::array<std::uint8_t, 16> kUpload{10, 0, 0, 0, 0, 0x13, 0, 0x20, 0x40, 0x18, 0x10, 1, 0, 0, 0, 0};
   append_write(input, 0x1000, std::as_bytes(std::span(kUpload)));
-  append_write(input, 0x11FF, wire::to_le_bytes<std::uint8_t>(0));
+  append_write(input, 0x11FF, bytes::to_le_bytes<std::uint8_t>(0));
   return input;
 }
 
@@ -111,9 +111,9 @@ constexpr unsigned kValueShift = 13;
 
 void append_access(Bytes& input, wire::Command command, std::uint16_t address, std::size_t length, std::uint64_t value,
                    Value kind = Value::kPlain) {
-  const auto head =
-      wire::to_le_bytes(static_cast<std::uint16_t>(kAccessFlag | address | static_cast<unsigned>(kind) << kValueShift));
-  const auto bytes = wire::to_le_bytes(value);
+  const auto head = bytes::to_le_bytes(
+      static_cast<std::uint16_t>(kAccessFlag | address | static_cast<unsigned>(kind) << kValueShift));
+  const auto bytes = bytes::to_le_bytes(value);
   input.insert(input.end(), head.begin(), head.end());
   input.push_back(static_cast<std::byte>(static_cast<unsigned>(command) | length << 4));
   input.insert(input.end(), bytes.begin(), bytes.end());
@@ -157,7 +157,7 @@ class FrameRun {
  public:
   void run(std::span<const std::byte> input) {
     while (input.size() >= 2) {
-      const auto head = wire::load_le<std::uint16_t>(input);
+      const auto head = bytes::load_le<std::uint16_t>(input);
       if ((head & kAccessFlag) != 0) {
         const auto size = std::min(kAccessBytes, input.size());
         std::array<std::byte, kAccessBytes> piece{};
@@ -176,7 +176,7 @@ class FrameRun {
   void access(std::uint16_t head, std::span<const std::byte> piece) {
     const auto kind = static_cast<Value>(head >> kValueShift & 3U);
     const auto what = std::to_integer<unsigned>(piece[2]);
-    const auto value = wire::load_le<std::uint64_t>(piece.subspan(3));
+    const auto value = bytes::load_le<std::uint64_t>(piece.subspan(3));
     if (kind == Value::kTimePasses) {
       clock_.advance(std::chrono::nanoseconds{value % 50'000'000});
       line_->advance(clock_.now());
@@ -187,7 +187,7 @@ class FrameRun {
     const auto address = static_cast<std::uint16_t>(head & kAddressMask);
     const auto place = builder.add(static_cast<wire::Command>(what & 0xFU), 0,
                                    wire::DatagramAddress::physical(0, address), std::clamp(what >> 4, 1U, 8U));
-    const auto bytes = wire::to_le_bytes(meant(kind, value));
+    const auto bytes = bytes::to_le_bytes(meant(kind, value));
     const auto data = builder.data(*place);
     std::copy_n(bytes.begin(), data.size(), data.begin());
     const auto frame = builder.finish();

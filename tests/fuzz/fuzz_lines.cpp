@@ -33,7 +33,7 @@ void exchange(const runtime::LineConfig& config, ecat_master::Master& master, rt
   settings.period = config.period;
   settings.copies = named->copies;
   const auto started = master.start_cycle(nullptr, {}, settings, [&clock](ecat_master::CyclicCore& core) {
-    return std::make_unique<ecat_master::InlineRunner>(core, clock);
+    return std::make_unique<motion::InlineRunner>(core, clock);
   });
   if (!started) return must_have_a_reason(started.error().message());
   master.pass(kCycles * config.period);

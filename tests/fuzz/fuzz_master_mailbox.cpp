@@ -43,7 +43,7 @@ class LyingSlave final : public DatagramExchange {
       return;
     }
     if (input_.size() < 2) return;
-    const std::size_t length = std::min<std::size_t>(wire::load_le<std::uint16_t>(input_), input_.size() - 2);
+    const std::size_t length = std::min<std::size_t>(bytes::load_le<std::uint16_t>(input_), input_.size() - 2);
     std::copy_n(input_.begin() + 2, std::min(length, request.data.size()), request.data.begin());
     input_ = input_.subspan(2 + length);
     now_ += std::chrono::microseconds{1};
@@ -66,7 +66,7 @@ class Network final : public EoeReceiver {
 };
 
 void append(Bytes& input, std::span<const std::uint8_t> mailbox) {
-  const auto length = wire::to_le_bytes(static_cast<std::uint16_t>(mailbox.size()));
+  const auto length = bytes::to_le_bytes(static_cast<std::uint16_t>(mailbox.size()));
   input.insert(input.end(), length.begin(), length.end());
   for (const auto byte : mailbox) input.push_back(static_cast<std::byte>(byte));
 }

@@ -19,7 +19,7 @@ constexpr std::uint16_t kMailboxOut = 0x1800;  ///< mailbox of the recorded driv
 constexpr const char* kCaptures[] = {"soem-sdinfo-akd.pcapng", "twincat-akd-nc-mode.pcapng"};
 
 void append(Bytes& input, std::span<const std::byte> piece) {
-  const auto length = wire::to_le_bytes(static_cast<std::uint16_t>(piece.size()));
+  const auto length = bytes::to_le_bytes(static_cast<std::uint16_t>(piece.size()));
   input.insert(input.end(), length.begin(), length.end());
   input.insert(input.end(), piece.begin(), piece.end());
 }
@@ -113,7 +113,7 @@ std::vector<Bytes> recorded_mailboxes() {
         if (!view) break;
         if (view->header.command != wire::Command::kFpwr || view->header.address.ado() != kMailboxOut) continue;
         // The mailbox is padded to its end, which would only dilute the input.
-        const std::size_t used = view->data.size() < 2 ? 0 : 6U + wire::load_le<std::uint16_t>(view->data);
+        const std::size_t used = view->data.size() < 2 ? 0 : 6U + bytes::load_le<std::uint16_t>(view->data);
         append(input, view->data.first(std::min(used, view->data.size())));
       }
     }

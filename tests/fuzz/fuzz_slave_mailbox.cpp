@@ -25,7 +25,7 @@ void append_coe(Bytes& input, wire::CoeService service, std::span<const std::uin
   header.encode(std::span(mailbox).first<wire::MailboxHeader::kSize>());
   wire::CoeHeader{0, service}.encode(std::span(mailbox).subspan<wire::MailboxHeader::kSize, wire::CoeHeader::kSize>());
   for (const auto byte : data) mailbox.push_back(static_cast<std::byte>(byte));
-  const auto length = wire::to_le_bytes(static_cast<std::uint16_t>(mailbox.size()));
+  const auto length = bytes::to_le_bytes(static_cast<std::uint16_t>(mailbox.size()));
   input.insert(input.end(), length.begin(), length.end());
   input.insert(input.end(), mailbox.begin(), mailbox.end());
 }
@@ -41,7 +41,7 @@ void talk(slaves::Device& device, std::span<const std::byte> input) {
   std::array<std::byte, kMailboxBytes> reply{};
   std::chrono::nanoseconds now{0};
   while (input.size() >= 2) {
-    const std::size_t length = std::min<std::size_t>(wire::load_le<std::uint16_t>(input), input.size() - 2);
+    const std::size_t length = std::min<std::size_t>(bytes::load_le<std::uint16_t>(input), input.size() - 2);
     std::array<std::byte, kMailboxBytes> mailbox{};
     std::copy_n(input.begin() + 2, std::min(length, mailbox.size()), mailbox.begin());
     input = input.subspan(2 + length);

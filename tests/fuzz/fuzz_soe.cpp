@@ -25,7 +25,7 @@ constexpr std::size_t kRoom = 32;
 template <typename Take>
 void for_each_service(std::span<const std::byte> input, Take&& take) {
   while (input.size() >= 2) {
-    const std::size_t length = std::min<std::size_t>(wire::load_le<std::uint16_t>(input), input.size() - 2);
+    const std::size_t length = std::min<std::size_t>(bytes::load_le<std::uint16_t>(input), input.size() - 2);
     take(input.subspan(2, std::min(length, kRoom)));
     input = input.subspan(2 + length);
   }
@@ -53,7 +53,7 @@ void talk_to_drive(std::span<const std::byte> input) {
   drive.write_outputs(std::span(process_data).first(drive.outputs_size()));
   drive.read_inputs(process_data);
   // Any accepted value is within its limits.
-  const auto gain = wire::load_le<std::uint16_t>(drive.find(0, {100})->value);
+  const auto gain = bytes::load_le<std::uint16_t>(drive.find(0, {100})->value);
   if (gain < 1 || gain > 10000) std::abort();
 }
 
@@ -77,7 +77,7 @@ void append(Bytes& input, const SoeHeader& header, std::initializer_list<unsigne
   Bytes service(SoeHeader::kSize);
   header.encode(std::span(service).first<SoeHeader::kSize>());
   for (const auto value : data) service.push_back(static_cast<std::byte>(value));
-  const auto length = wire::to_le_bytes(static_cast<std::uint16_t>(service.size()));
+  const auto length = bytes::to_le_bytes(static_cast<std::uint16_t>(service.size()));
   input.insert(input.end(), length.begin(), length.end());
   input.insert(input.end(), service.begin(), service.end());
 }

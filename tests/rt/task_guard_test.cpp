@@ -4,15 +4,15 @@
 #include <memory>
 #include <mutex>
 
-#include "driveline/ecat_master/cyclic/cycle_task.hpp"
+#include "driveline/motion/cycle/cycle_task.hpp"
 #include "driveline/rt_guard/rt_guard.hpp"
 
 namespace driveline::ecat_master {
 namespace {
 
 /// Allocates or locks at a point chosen by the test.
-struct Wasteful final : CycleTask {
-  void update(const TaskCycle& now) noexcept override {
+struct Wasteful final : motion::CycleTask {
+  void update(const motion::TaskCycle& now) noexcept override {
     if (now.cycle == 1) memory = std::make_unique<int>(5);
     if (now.cycle == 2) const std::scoped_lock lock(mutex);
   }
@@ -20,22 +20,22 @@ struct Wasteful final : CycleTask {
   std::mutex mutex;
 };
 
-struct Clean final : CycleTask {
-  void update(const TaskCycle&) noexcept override { ++calls; }
+struct Clean final : motion::CycleTask {
+  void update(const motion::TaskCycle&) noexcept override { ++calls; }
   int calls = 0;
 };
 
-void run(TaskSchedule& schedule, std::int64_t cycle, rt::Clock& clock) {
+void run(motion::TaskSchedule& schedule, std::int64_t cycle, rt::Clock& clock) {
   schedule.begin({cycle, {}, {}, 0});
-  TaskCycle now;
+  motion::TaskCycle now;
   now.cycle = cycle;
-  schedule.run(TaskTiming::Order::kBeforeMotion, now, std::chrono::microseconds{125}, clock);
+  schedule.run(motion::TaskTiming::Order::kBeforeMotion, now, std::chrono::microseconds{125}, clock);
 }
 
 TEST(TaskGuard, HeapAndLocksAreCountedForTheTaskThatUsesThem) {
   if (!rt::RtGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc and the locks in this build";
   rt::VirtualClock clock;
-  TaskSchedule schedule;
+  motion::TaskSchedule schedule;
   Clean clean;
   Wasteful wasteful;
   schedule.add(clean, {});
@@ -53,7 +53,7 @@ TEST(TaskGuard, HeapAndLocksAreCountedForTheTaskThatUsesThem) {
 TEST(TaskGuard, TheCountOfAWholeCycleGoesOnAroundATask) {
   if (!rt::RtGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc and the locks in this build";
   rt::VirtualClock clock;
-  TaskSchedule schedule;
+  motion::TaskSchedule schedule;
   Wasteful wasteful;
   schedule.add(wasteful, {});
   rt::RtGuard::enter();

@@ -6,9 +6,11 @@ from pathlib import Path
 FOLDERS = {
     "rt": "rt",
     "rt/guard": "rt_guard",
+    "ecat_master/bytes": "bytes",
     "ecat_master/wire": "wire",
     "ecat_master/port": "port",
     "ecat_master/snapshot": "snapshot",
+    "ecat_master/motion": "motion",
     "ecat_master": "ecat_master",
     "trajectory": "trajectory",
     "esi": "esi",

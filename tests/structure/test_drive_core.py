@@ -21,7 +21,7 @@ WITHOUT_BUS = [
     "trajectory/include/driveline/trajectory",
     "esi/include/driveline/esi/data_type.hpp",  # data types of CiA 301
     "ecat_master/wire/include/driveline/wire/sdo_abort.hpp",  # abort codes of CiA 301
-    "ecat_master/wire/include/driveline/wire/endian.hpp",  # byte order
+    "ecat_master/bytes/include/driveline/bytes/endian.hpp",  # byte order
     "rt/include/driveline/rt/output_place.hpp",  # where a file that is replaced really lies
 ]
 

@@ -97,6 +97,12 @@ class Edges(Tree):
     def test_a_path_around_the_doors_is_caught(self):
         self.assertTrue(self.include_errors("rt/src/a.cpp", '#include "../../ecat_master/wire/include/x.hpp"'))
 
+    def test_motion_knows_no_bus(self):
+        for header in ("wire/frame.hpp", "port/port.hpp", "esi/esi_reader.hpp", "ecat_master/error.hpp"):
+            errors = self.include_errors("ecat_master/motion/src/a.cpp", f'#include "driveline/{header}"')
+            self.assertEqual(len(errors), 1, header)
+            self.assertIn("motion may not use", errors[0])
+
     def test_an_unknown_room_is_caught(self):
         self.assertTrue(self.include_errors("cli/src/a.cpp", '#include "driveline/attic/x.hpp"'))
 

@@ -12,9 +12,9 @@
 
 namespace driveline {
 
-/// Digest of all values of a motion, for scripts/same_motion.sh, which compares two builds. At its end it appends a line
-/// with the test, the number of values and their digest to the file that DRIVELINE_MOTION_TRACE names; without that
-/// variable it does nothing.
+/// Digest of all values of a motion, for scripts/same_motion.sh, which compares two builds. At its end it appends a
+/// line with the test, the number of values and their digest to the file that DRIVELINE_MOTION_TRACE names; without
+/// that variable it does nothing.
 class MotionTrace {
  public:
   /// Adds values, bit for bit.

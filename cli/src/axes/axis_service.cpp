@@ -14,7 +14,7 @@
 namespace driveline::cli {
 namespace {
 
-using ecat_master::RequestPhase;
+using motion::RequestPhase;
 using nlohmann::json;
 
 json failure(const Failure& failure) {
@@ -63,7 +63,7 @@ json AxisService::order(Client& client, const std::vector<std::size_t>& axes, st
   auto caller = client.caller;
   caller.take_over = take_word(words, "take-over");
   if (!words.empty() && is_coupling_verb(words[0])) return couple(client, caller, axes, words);
-  std::vector<ecat_master::AxisRequest> requests;
+  std::vector<motion::AxisRequest> requests;
   for (const auto axis : axes) {
     const auto request = parse_axis_request(axis_requests_.axes()[axis], words);
     if (!request) return failure(request.error());
@@ -105,7 +105,7 @@ json AxisService::progress(const Client& client) const {
     const auto progress = axis_requests_.progress(axis, request);
     auto row = to_json(axis_requests_.status(axis));
     row["accepted"] = progress.accepted;
-    row["phase"] = std::string(ecat_master::to_text(progress.report.phase));
+    row["phase"] = std::string(motion::to_text(progress.report.phase));
     row["over"] = progress.report.over() || progress.report.phase == RequestPhase::kUnknown;
     row["reached"] = progress.report.phase == RequestPhase::kReached || progress.report.phase == RequestPhase::kDone;
     if (progress.recorded_position)

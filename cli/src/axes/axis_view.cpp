@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "driveline/ecat_master/cia402/cia402.hpp"
-#include "driveline/ecat_master/cia402/error_code.hpp"
+#include "driveline/motion/cia402/cia402.hpp"
+#include "driveline/motion/cia402/error_code.hpp"
 #include "text/wrapped_text.hpp"
 
 namespace driveline::cli {
@@ -21,7 +21,7 @@ namespace {
 
 /// Name of the mode in 6061h, which is 0 until a mode is set.
 std::string_view mode_text(std::int8_t mode) {
-  return mode == 0 ? "-" : to_text(static_cast<ecat_master::cia402::Mode>(mode));
+  return mode == 0 ? "-" : to_text(static_cast<motion::cia402::Mode>(mode));
 }
 
 std::string number(const nlohmann::json& axis, std::string_view key, std::string_view unit) {
@@ -133,7 +133,7 @@ nlohmann::json to_json(const runtime::AxisStatus& status) {
   nlohmann::json axis = {{"name", status.axis.name}, {"unit", std::string(unit.name)}, {"owner", status.owner}};
   if (!status.report) return axis;
   const auto& report = *status.report;
-  axis["state"] = std::string(ecat_master::to_text(report.state));
+  axis["state"] = std::string(motion::to_text(report.state));
   axis["setpoint"] = unit.from_si(report.setpoint);
   axis["position"] = unit.from_si(report.position);
   if (const auto modulo = status.axis.modulo) {
@@ -147,9 +147,9 @@ nlohmann::json to_json(const runtime::AxisStatus& status) {
   axis["override"] = report.override_factor;
   if (status.coupling) axis["coupling"] = to_json(*status.coupling);
   if (report.recorded_request != 0) axis["recorded_position"] = unit.from_si(report.recorded_position);
-  if (report.error == ecat_master::AxisError::kNone) return axis;
-  axis["error"] = std::string(ecat_master::to_text(report.error));
-  if (report.error_code != 0) axis["error_code"] = ecat_master::cia402::error_text(report.error_code);
+  if (report.error == motion::AxisError::kNone) return axis;
+  axis["error"] = std::string(motion::to_text(report.error));
+  if (report.error_code != 0) axis["error_code"] = motion::cia402::error_text(report.error_code);
   return axis;
 }
 

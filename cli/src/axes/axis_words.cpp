@@ -9,19 +9,19 @@
 #include <string>
 
 #include "axes/quantity.hpp"
-#include "driveline/ecat_master/cia402/cyclic_mode.hpp"
+#include "driveline/motion/cia402/cyclic_mode.hpp"
 #include "driveline/runtime/config/finite_number.hpp"
 #include "driveline/runtime/toml/suggestion.hpp"
 
 namespace driveline::cli {
 namespace {
 
-using ecat_master::AxisCommand;
-using ecat_master::AxisConfig;
-using ecat_master::AxisRequest;
-using ecat_master::BufferMode;
-using ecat_master::MoveDirection;
-using ecat_master::ProbeTrigger;
+using motion::AxisCommand;
+using motion::AxisConfig;
+using motion::AxisRequest;
+using motion::BufferMode;
+using motion::MoveDirection;
+using motion::ProbeTrigger;
 
 /// A verb: the word after the name of an axis.
 struct Verb {
@@ -200,7 +200,7 @@ class RequestReader {
   }
 
   [[nodiscard]] Outcome<void> read_mode(std::string_view word) {
-    namespace cia402 = ecat_master::cia402;
+    namespace cia402 = motion::cia402;
     auto names = cia402::cyclic_mode_names();
     names.push_back(to_text(cia402::Mode::kInterpolatedPosition));
     const auto mode = word == names.back() ? cia402::Mode::kInterpolatedPosition : cia402::find_cyclic_mode(word);
@@ -264,7 +264,7 @@ class RequestReader {
                                      Choice& to) {
     std::vector<std::string_view> names;
     for (const auto choice : choices) {
-      names.push_back(ecat_master::to_text(choice));
+      names.push_back(motion::to_text(choice));
       if (names.back() != value) continue;
       to = choice;
       return {};

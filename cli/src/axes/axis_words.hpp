@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "driveline/ecat_master/axis/axis.hpp"
-#include "driveline/ecat_master/single_axis/axis_request.hpp"
+#include "driveline/motion/axis/axis.hpp"
+#include "driveline/motion/single_axis/axis_request.hpp"
 #include "failure.hpp"
 
 namespace driveline::cli {
@@ -21,11 +21,11 @@ namespace driveline::cli {
 
 /// Parses the words after the name of an axis: "move 90deg velocity=30deg/s". Numbers without a unit are in the unit of
 /// the axis. Failure: status 2.
-[[nodiscard]] Outcome<ecat_master::AxisRequest> parse_axis_request(const ecat_master::AxisConfig& axis,
-                                                                   std::span<const std::string> words);
+[[nodiscard]] Outcome<motion::AxisRequest> parse_axis_request(const motion::AxisConfig& axis,
+                                                              std::span<const std::string> words);
 
 /// The indices of the axes that `name` selects: one axis, or "all". Failure: status 2.
-[[nodiscard]] Outcome<std::vector<std::size_t>> find_axes(std::span<const ecat_master::AxisConfig> axes,
+[[nodiscard]] Outcome<std::vector<std::size_t>> find_axes(std::span<const motion::AxisConfig> axes,
                                                           std::string_view name);
 
 }  // namespace driveline::cli

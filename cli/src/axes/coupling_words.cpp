@@ -17,7 +17,7 @@
 namespace driveline::cli {
 namespace {
 
-using ecat_master::AxisConfig;
+using motion::AxisConfig;
 using runtime::CouplingOrder;
 using Kind = CouplingOrder::Kind;
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/motion/axis/axis.hpp"
 #include "driveline/runtime/axes/coupling_order.hpp"
 #include "driveline/runtime/config/coupling_config.hpp"
 #include "failure.hpp"
@@ -18,7 +18,7 @@ namespace driveline::cli {
 
 /// Parses the words after the name of axis `slave`: "gear-in 1/2 at=500mm to=20mm". The first word is a coupling verb.
 /// Positions of the master without a unit are in the master's unit. Failure: status 2.
-[[nodiscard]] Outcome<runtime::CouplingOrder> parse_coupling_order(std::span<const ecat_master::AxisConfig> axes,
+[[nodiscard]] Outcome<runtime::CouplingOrder> parse_coupling_order(std::span<const motion::AxisConfig> axes,
                                                                    const runtime::CouplingPlan& plan, std::size_t slave,
                                                                    std::span<const std::string> words);
 

@@ -41,10 +41,10 @@ std::string_view per(Quantity quantity) {
 }
 
 /// The units that the quantity can have; the first one applies to a number without a unit.
-std::vector<NamedUnit> units_of(const ecat_master::AxisConfig& axis, Quantity quantity) {
+std::vector<NamedUnit> units_of(const motion::AxisConfig& axis, Quantity quantity) {
   if (quantity == Quantity::kTorque) return {{axis.linear() ? "N" : "Nm"}};
   if (quantity == Quantity::kTorqueRate) return {{axis.linear() ? "N/s" : "Nm/s"}};
-  const auto& own = ecat_master::position_unit(axis);
+  const auto& own = motion::position_unit(axis);
   std::vector<NamedUnit> units{{fmt::format("{}{}", own.name, per(quantity)), own.to_si(1.0)}};
   for (const auto& unit : trajectory::position_units()) {
     if (unit.kind != axis.kind || unit.name == own.name) continue;
@@ -77,7 +77,7 @@ std::string comma_hint(std::string_view text, std::string_view rest) {
 
 }  // namespace
 
-bool is_unit(const ecat_master::AxisConfig& axis, std::string_view text) {
+bool is_unit(const motion::AxisConfig& axis, std::string_view text) {
   constexpr std::array kAll{Quantity::kPosition, Quantity::kVelocity, Quantity::kAcceleration,
                             Quantity::kJerk,     Quantity::kTorque,   Quantity::kTorqueRate};
   return std::any_of(kAll.begin(), kAll.end(), [&](Quantity quantity) {
@@ -95,7 +95,7 @@ std::optional<LeadingNumber> leading_number(std::string_view text) {
   return number;
 }
 
-Outcome<double> parse_quantity(const ecat_master::AxisConfig& axis, Quantity quantity, std::string_view text,
+Outcome<double> parse_quantity(const motion::AxisConfig& axis, Quantity quantity, std::string_view text,
                                std::string_view what) {
   const auto units = units_of(axis, quantity);
   const auto number = leading_number(text);

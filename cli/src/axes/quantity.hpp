@@ -5,7 +5,7 @@
 #include <optional>
 #include <string_view>
 
-#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/motion/axis/axis.hpp"
 #include "failure.hpp"
 
 namespace driveline::cli {
@@ -15,11 +15,11 @@ enum class Quantity : std::uint8_t { kPosition, kVelocity, kAcceleration, kJerk,
 
 /// Parses "90deg", "30 deg/s" or, in the unit of the axis, "90" into SI units: rad or m, Nm or N, per s. Failure:
 /// status 2, names `what`.
-[[nodiscard]] Outcome<double> parse_quantity(const ecat_master::AxisConfig& axis, Quantity quantity,
-                                             std::string_view text, std::string_view what);
+[[nodiscard]] Outcome<double> parse_quantity(const motion::AxisConfig& axis, Quantity quantity, std::string_view text,
+                                             std::string_view what);
 
 /// Whether the text is a unit of any quantity of the axis.
-[[nodiscard]] bool is_unit(const ecat_master::AxisConfig& axis, std::string_view text);
+[[nodiscard]] bool is_unit(const motion::AxisConfig& axis, std::string_view text);
 
 /// A number at the beginning of a text, and the text after it.
 struct LeadingNumber {

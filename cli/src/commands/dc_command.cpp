@@ -117,14 +117,15 @@ class ClockSession {
     ecat_master::CyclicCore::Settings settings;
     settings.period = period();
     settings.receive_window = settings.period * 3 / 4;
-    auto started = master_.start_cycle(
-        nullptr, {}, settings, [this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
-          if (session_.virtual_time()) return std::make_unique<ecat_master::InlineRunner>(core, session_.clock());
-          auto realtime = session_.config().realtime;
-          realtime.policy = rt::RealtimePolicy::kDegrade;
-          return std::make_unique<ecat_master::RealtimeRunner>(core, session_.clock(), realtime,
-                                                               session_.config().wake_ahead);
-        });
+    auto started = master_.start_cycle(nullptr, {}, settings,
+                                       [this](ecat_master::CyclicCore& core) -> std::unique_ptr<motion::CycleRunner> {
+                                         if (session_.virtual_time())
+                                           return std::make_unique<motion::InlineRunner>(core, session_.clock());
+                                         auto realtime = session_.config().realtime;
+                                         realtime.policy = rt::RealtimePolicy::kDegrade;
+                                         return std::make_unique<motion::RealtimeRunner>(
+                                             core, session_.clock(), realtime, session_.config().wake_ahead);
+                                       });
     if (!started) return failed(started.error().message());
     return {};
   }

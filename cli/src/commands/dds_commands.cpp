@@ -13,7 +13,7 @@
 #include "commands/commands.hpp"
 #include "commands/control_path.hpp"
 #include "commands/tool_options.hpp"
-#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/motion/axis/axis.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/helper/helper_program.hpp"
 
@@ -122,7 +122,7 @@ Outcome<Units> units_of_file(const std::string& config) {
   if (!read) return tl::unexpected(Failure(read.error()));
   Units units;
   for (const auto& axis : read->axes)
-    units.push_back(fmt::format("{}={}", axis.name, ecat_master::position_unit(axis).name));
+    units.push_back(fmt::format("{}={}", axis.name, motion::position_unit(axis).name));
   return units;
 }
 

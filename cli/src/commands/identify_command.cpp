@@ -15,7 +15,7 @@
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
-#include "driveline/ecat_master/cyclic/path_source.hpp"
+#include "driveline/motion/path/path_source.hpp"
 #include "driveline/rt/stop_signals.hpp"
 #include "driveline/runtime/identify/load_estimate.hpp"
 #include "driveline/runtime/identify/test_motion.hpp"
@@ -43,7 +43,7 @@ struct IdentifyOptions {
 using Files = std::map<std::string, std::filesystem::path>;
 
 /// Half the limits of the axis, unless the options specify others.
-Outcome<runtime::TestMotion> motion_of(const IdentifyOptions& options, const ecat_master::AxisConfig& axis) {
+Outcome<runtime::TestMotion> motion_of(const IdentifyOptions& options, const motion::AxisConfig& axis) {
   if (options.distance.empty()) return misused("the distance is missing: give --distance DISTANCE, in its unit");
   runtime::TestMotion motion{0.0, 0.5 * axis.limits.max_velocity, 0.5 * axis.limits.max_acceleration};
   const auto distance = parse_quantity(axis, Quantity::kPosition, options.distance, "--distance");
@@ -134,10 +134,10 @@ Outcome<std::vector<runtime::LoadSample>> record_motion(runtime::Line& line, con
   const auto& axis = line.config().axes.front();
   auto path = runtime::make_test_path(motion, axis);
   if (!path) return tl::unexpected(path.error());
-  const auto& unit = ecat_master::position_unit(axis);
+  const auto& unit = motion::position_unit(axis);
   progress("axis {} moves {:.6g} {} back and forth for {:.1f} s, at most {:.6g} {}/s", axis.name,
            unit.from_si(motion.distance), unit.name, path->duration_s(), unit.from_si(motion.velocity), unit.name);
-  ecat_master::PathSource source(std::move(*path), std::span(&axis.limits, 1), ecat_master::LatePolicy::kStay);
+  motion::PathSource source(std::move(*path), std::span(&axis.limits, 1), motion::LatePolicy::kStay);
   if (auto used = line.use(source); !used) return tl::unexpected(used.error());
   LoadRecorder records;
   line.add(records);

@@ -12,7 +12,7 @@
 #include "commands/line_control.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
-#include "driveline/ecat_master/cia402/cyclic_mode.hpp"
+#include "driveline/motion/cia402/cyclic_mode.hpp"
 #include "driveline/rt/stop_signals.hpp"
 #include "driveline/runtime/event.hpp"
 #include "driveline/runtime/line.hpp"
@@ -34,8 +34,8 @@
 namespace driveline::cli {
 namespace {
 
-using ecat_master::cia402::cyclic_mode_names;
-using ecat_master::cia402::find_cyclic_mode;
+using motion::cia402::cyclic_mode_names;
+using motion::cia402::find_cyclic_mode;
 
 /// The options of `run`.
 struct RunOptions {
@@ -231,7 +231,7 @@ class RunConsole final : public ConsoleObserver {
   void tell_how_to_move() const {
     const auto& axis = line_.config().axes.front();
     progress("`driveline axis {} move --by {}{}` moves an axis; driveline axis --help shows more", axis.name, 1,
-             ecat_master::position_unit(axis).name);
+             motion::position_unit(axis).name);
   }
 
   void go_on_with_script() {

@@ -13,7 +13,7 @@
 namespace driveline::cli {
 namespace {
 
-using ecat_master::RequestPhase;
+using motion::RequestPhase;
 using nlohmann::json;
 
 json failure(const Failure& failure) {

@@ -57,7 +57,7 @@ std::string place_of(const json& group) {
 
 /// Why the group is in GroupErrorStop: "axis x: the drive reports a fault".
 std::string error_of(const runtime::GroupRequests& group_requests, std::size_t group,
-                     const ecat_master::GroupReport& report) {
+                     const motion::GroupReport& report) {
   auto sentence = runtime::describe(group_requests.event_group(group), group_requests.refusal_of(report));
   const auto colon = sentence.find(": ");
   return colon == std::string::npos ? sentence : sentence.substr(colon + 2);
@@ -237,7 +237,7 @@ json groups_json(const runtime::GroupRequests& group_requests) {
   for (std::size_t i = 0; i < group_requests.groups().size(); ++i) {
     const auto status = group_requests.status(i);
     auto row = to_json(status, group_requests.groups()[i]);
-    const bool fails = status.report && status.report->error != ecat_master::GroupError::kNone;
+    const bool fails = status.report && status.report->error != motion::GroupError::kNone;
     if (fails) row["error"] = error_of(group_requests, i, *status.report);
     rows.push_back(std::move(row));
   }

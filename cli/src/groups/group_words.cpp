@@ -174,7 +174,7 @@ class RequestReader {
   }
 
   [[nodiscard]] Outcome<void> read_buffer(std::string_view text) {
-    using ecat_master::GroupBuffer;
+    using motion::GroupBuffer;
     std::vector<std::string_view> names;
     for (const auto buffer : {GroupBuffer::kAborting, GroupBuffer::kBuffered, GroupBuffer::kBlending}) {
       names.push_back(to_text(buffer));
@@ -193,7 +193,7 @@ class RequestReader {
 
 }  // namespace
 
-ecat_master::AxisConfig NamedGroup::coordinate(std::size_t number) const {
+motion::AxisConfig NamedGroup::coordinate(std::size_t number) const {
   auto made = axes[config.axes[number]];
   if (!config.machine || number >= config.machine->kinematics().coordinates().size()) return made;
   const auto& tool = config.machine->kinematics().coordinates()[number];

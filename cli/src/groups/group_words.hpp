@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/motion/axis/axis.hpp"
 #include "driveline/runtime/config/axis_group_config.hpp"
 #include "driveline/runtime/event/group_events.hpp"
 #include "failure.hpp"
@@ -15,9 +15,9 @@ namespace driveline::cli {
 /// The group that a request is parsed for.
 struct NamedGroup {
   const runtime::AxisGroupConfig& config;
-  std::span<const ecat_master::AxisConfig> axes;  ///< all axes of the line
+  std::span<const motion::AxisConfig> axes;  ///< all axes of the line
   /// Name, kind and unit of a coordinate of its moves: an axis, or a coordinate of the tool.
-  [[nodiscard]] ecat_master::AxisConfig coordinate(std::size_t number) const;
+  [[nodiscard]] motion::AxisConfig coordinate(std::size_t number) const;
 };
 
 /// The verbs of requests to a group, except `path`, which needs a file.

@@ -16,7 +16,7 @@
 namespace driveline::cli {
 namespace {
 
-using ecat_master::RequestPhase;
+using motion::RequestPhase;
 
 constexpr std::string_view kScript = "script";
 
@@ -136,7 +136,7 @@ void AxisScript::join_blended_moves() {
     if (next == steps_.end() || next->kind != Step::Kind::kGroupRequest) continue;
     const auto& request = next->group_request;
     step.group_request.move.continues = request.verb == runtime::ClientGroupRequest::Verb::kMove &&
-                                        request.move.buffer == ecat_master::GroupBuffer::kBlending;
+                                        request.move.buffer == motion::GroupBuffer::kBlending;
   }
 }
 

@@ -30,7 +30,7 @@ class AxisScript {
  public:
   /// The names that a script may use: the axes, groups and couplings of a line.
   struct Names {
-    std::span<const ecat_master::AxisConfig> axes;
+    std::span<const motion::AxisConfig> axes;
     std::span<const runtime::AxisGroupConfig> groups{};
     const runtime::CouplingPlan* couplings = nullptr;  ///< gears and cams of the axes; null: there are none
   };
@@ -52,8 +52,8 @@ class AxisScript {
     Kind kind = Kind::kRequest;
     std::size_t line = 0;
     std::vector<std::size_t> axes{};
-    std::vector<ecat_master::AxisRequest> requests{};  ///< kRequest: one per axis, or else ...
-    std::vector<runtime::CouplingOrder> orders{};      ///< ... a coupling order per axis
+    std::vector<motion::AxisRequest> requests{};   ///< kRequest: one per axis, or else ...
+    std::vector<runtime::CouplingOrder> orders{};  ///< ... a coupling order per axis
     std::chrono::nanoseconds time{};
     bool all = false;                             ///< kWait: for all axes and groups
     std::optional<std::size_t> group{};           ///< kGroupRequest, kGroupPath; kWait: the group to wait for

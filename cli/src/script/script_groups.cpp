@@ -10,7 +10,7 @@
 namespace driveline::cli {
 namespace {
 
-using ecat_master::RequestPhase;
+using motion::RequestPhase;
 using Verb = runtime::ClientGroupRequest::Verb;
 
 constexpr std::size_t kMovesAtOnce = 128;

@@ -43,7 +43,7 @@ std::string cpp_declaration(const SlavePdos& slave) {
   std::string text =
       fmt::format("/// Slave {}: {}, vendor 0x{:08X}, product 0x{:08X}, revision 0x{:08X}.\n", position,
                   comment_text(view.name()), view.sii->vendor_id, view.sii->product_code, view.sii->revision);
-  text += fmt::format("inline const driveline::ecat_master::PdoConfiguration kSlave{}Pdos{{\n", position);
+  text += fmt::format("inline const driveline::motion::PdoConfiguration kSlave{}Pdos{{\n", position);
   return text + direction(slave, "outputs", true) + direction(slave, "inputs", false) + "};\n";
 }
 

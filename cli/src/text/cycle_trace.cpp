@@ -13,8 +13,8 @@
 namespace driveline::cli {
 namespace {
 
-using ecat_master::CyclePhase;
-using ecat_master::TracedCycle;
+using motion::CyclePhase;
+using motion::TracedCycle;
 using nlohmann::json;
 using std::chrono::nanoseconds;
 
@@ -74,7 +74,7 @@ void write_cycle(EventWriter& to, const TracedCycle& cycle) {
   to.stretch(kCycleTrack, cycle.rank > 0 ? fmt::format("cycle, worst {}", cycle.rank) : "cycle", stamps.wake,
              stamps.end.back(), facts);
   auto begin = stamps.wake;
-  for (std::size_t i = 0; i < ecat_master::kCyclePhases; ++i) {
+  for (std::size_t i = 0; i < motion::kCyclePhases; ++i) {
     to.stretch(kCycleTrack, name_of(static_cast<CyclePhase>(i)), begin, stamps.end[i]);
     begin = stamps.end[i];
   }

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "driveline/ecat_master/cia402/cia402.hpp"
+#include "driveline/motion/cia402/cia402.hpp"
 #include "driveline/slaves/cia402/words.hpp"
 #include "driveline/slaves/msd/core/terminals.hpp"
 #include "driveline/slaves/msd/core/variant.hpp"
@@ -13,7 +13,7 @@
 namespace driveline::cli {
 namespace {
 
-using ecat_master::cia402::AxisState;
+using motion::cia402::AxisState;
 using slaves::OperationMode;
 using slaves::PowerState;
 using slaves::msd::Input;
@@ -34,8 +34,7 @@ const slaves::msd::VariantFacts* simulated(const DriveValues& values) {
 }
 
 AxisState state_of(const DriveValues& values) {
-  return ecat_master::cia402::decode_state(
-      static_cast<std::uint16_t>(values.bits(Object::kStatusWord).value_or(0xFFFF)));
+  return motion::cia402::decode_state(static_cast<std::uint16_t>(values.bits(Object::kStatusWord).value_or(0xFFFF)));
 }
 
 std::string_view mode_name(double mode) {
@@ -274,8 +273,7 @@ std::string front(const DriveView& view, nanoseconds time) {
   };
   std::string text = fmt::format("  +-----------+   EtherCAT  {}   {}\n", network, leds(view, time));
   text += fmt::format("  | {} |   drive     {}   control {} status {}\n", rows[0],
-                      ecat_master::cia402::to_text(state_of(values)), word(Object::kControlWord),
-                      word(Object::kStatusWord));
+                      motion::cia402::to_text(state_of(values)), word(Object::kControlWord), word(Object::kStatusWord));
   text += fmt::format("  | {} |   mode      {}\n", rows[1], mode_text);
   text += fmt::format("  | {} |   fault     {}\n", rows[2], fault_line(values));
   text += fmt::format("  +-----------+   warnings  {}\n", warning_line(values));
@@ -359,7 +357,7 @@ nlohmann::json drive_json(const DriveView& view) {
           {"al_error", view.al.status.error},
           {"al_status_code", static_cast<unsigned>(view.al.code)},
           {"other_master", view.other_master},
-          {"state", ecat_master::cia402::to_text(state_of(values))},
+          {"state", motion::cia402::to_text(state_of(values))},
           {"mode_name", mode_name(values.number(Object::kModeDisplay).value_or(0.0))},
           {"display", slaves::msd::to_text(frame)},
           {"objects", objects}};

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "driveline/ecat_master/cia402/cyclic_mode.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
+#include "driveline/motion/cia402/cyclic_mode.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/devices/device_registry.hpp"
 #include "driveline/runtime/setup/drive_facts.hpp"
@@ -116,7 +116,7 @@ std::string slave_lines(const FoundSlave& slave, const IdentityUses& names) {
 
 /// Names of the modes that drive and master have in common. A drive that does not report its modes has CSP.
 std::vector<std::string_view> cyclic_modes(const FoundDrive& drive) {
-  namespace cia402 = ecat_master::cia402;
+  namespace cia402 = motion::cia402;
   std::vector<std::string_view> modes;
   for (const auto mode : cia402::kCyclicModes) {
     const auto supported = drive.supported_modes.value_or(cia402::mode_bit(cia402::Mode::kCyclicPosition));
@@ -230,7 +230,7 @@ std::optional<FoundDrive> FoundDrive::read(LineView& line, ecat_master::MailboxC
   const auto number = [&](std::uint16_t index) -> std::optional<std::uint32_t> {
     const auto data = read(index, 0);
     if (!data || data->size() != sizeof(std::uint32_t)) return std::nullopt;
-    return wire::load_le<std::uint32_t>(*data);
+    return bytes::load_le<std::uint32_t>(*data);
   };
   const auto type = number(0x1000);
   if (!type || (*type & kProfileMask) != kDriveProfile) return std::nullopt;

@@ -23,7 +23,7 @@ struct Figure {
   bool negative = false;  ///< it may be below 0
 };
 
-std::vector<Figure> figures_of(const LoadEstimate& load, const ecat_master::AxisConfig& axis) {
+std::vector<Figure> figures_of(const LoadEstimate& load, const motion::AxisConfig& axis) {
   const bool linear = axis.linear();
   std::vector<Figure> figures{
       {"inertia", linear ? "kg" : "kg m²", load.inertia},
@@ -32,7 +32,7 @@ std::vector<Figure> figures_of(const LoadEstimate& load, const ecat_master::Axis
       {"gravity", linear ? "N" : "Nm", load.gravity, true},
   };
   if (!load.pendulum || !load.pendulum_zero) return figures;
-  const auto& unit = ecat_master::position_unit(axis);
+  const auto& unit = motion::position_unit(axis);
   figures.push_back({"pendulum", "Nm", *load.pendulum});
   figures.push_back({"pendulum_zero",
                      unit.name,
@@ -48,7 +48,7 @@ double for_the_key(const Figure& figure) {
 
 }  // namespace
 
-std::string load_text(const LoadEstimate& load, const ecat_master::AxisConfig& axis) {
+std::string load_text(const LoadEstimate& load, const motion::AxisConfig& axis) {
   const auto figures = figures_of(load, axis);
   const std::string_view torque = axis.linear() ? "N" : "Nm";
   auto text = fmt::format("load of axis {}, each figure with its 95 % confidence interval\n\n", axis.name);
@@ -64,7 +64,7 @@ std::string load_text(const LoadEstimate& load, const ecat_master::AxisConfig& a
   return text;
 }
 
-nlohmann::json to_json(const LoadEstimate& load, const ecat_master::AxisConfig& axis,
+nlohmann::json to_json(const LoadEstimate& load, const motion::AxisConfig& axis,
                        const std::map<std::string, std::filesystem::path>& files) {
   nlohmann::json document = {{"axis", axis.name},
                              {"torque_rms", load.torque_rms},
@@ -81,9 +81,9 @@ nlohmann::json to_json(const LoadEstimate& load, const ecat_master::AxisConfig& 
   return document;
 }
 
-runtime::Result<void> write_load_csv(const LoadEstimate& load, const ecat_master::AxisConfig& axis,
+runtime::Result<void> write_load_csv(const LoadEstimate& load, const motion::AxisConfig& axis,
                                      const std::filesystem::path& file) {
-  const auto& unit = ecat_master::position_unit(axis);
+  const auto& unit = motion::position_unit(axis);
   const std::string_view torque = axis.linear() ? "N" : "Nm";
   auto text = fmt::format("time[s],position[{0}],velocity[{0}/s],acceleration[{0}/s^2],torque[{1}],model[{1}]\n",
                           unit.name, torque);
@@ -94,8 +94,7 @@ runtime::Result<void> write_load_csv(const LoadEstimate& load, const ecat_master
   return runtime::write_file(file, text);
 }
 
-tl::expected<Drawing, std::string> draw_load(const std::filesystem::path& directory,
-                                             const ecat_master::AxisConfig& axis) {
+tl::expected<Drawing, std::string> draw_load(const std::filesystem::path& directory, const motion::AxisConfig& axis) {
   // Draw the measurement over a wide pale band of the model, so that both stay visible where they are equal.
   const auto script = fmt::format(
       "set terminal pngcairo size 1400,800 font 'sans,11' noenhanced\n"

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "console.hpp"
-#include "driveline/ecat_master/cia402/object_name.hpp"
 #include "driveline/ecat_master/error/startup_note.hpp"
+#include "driveline/motion/cia402/object_name.hpp"
 #include "driveline/wire/sync_manager.hpp"
 #include "text/sii_text.hpp"
 
@@ -90,7 +90,7 @@ class SpokenNames {
   [[nodiscard]] std::string entry(std::uint16_t index, std::uint8_t subindex) {
     if (index == 0) return {};  // a gap in the PDO
     auto name = eeprom_.entry(index, subindex);
-    if (name.empty()) name = ecat_master::cia402::object_name(index, subindex);
+    if (name.empty()) name = motion::cia402::object_name(index, subindex);
     if (!name.empty() || silent_) return name;
     const auto entry = line_.ask(position_, [&] { return coe_.entry_description(index, subindex); });
     note(entry);

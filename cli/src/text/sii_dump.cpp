@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -91,7 +91,7 @@ std::string sii_dump(std::span<const std::byte> image) {
     text += hex_lines(image.subspan(2 * first_word, 2 * (end - first_word)), 2 * first_word);
   };
   for (const auto& section : kFixed) show(section.first_word, section.words, std::string(section.name));
-  auto word = [&](std::size_t at) { return wire::load_le<std::uint16_t>(image.subspan(2 * at, 2)); };
+  auto word = [&](std::size_t at) { return bytes::load_le<std::uint16_t>(image.subspan(2 * at, 2)); };
   std::size_t at = kFirstCategory;
   while (at + 1 < word_count && word(at) != kEnd) {
     const std::size_t length = word(at + 1);

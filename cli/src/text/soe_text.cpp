@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <system_error>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -223,7 +223,7 @@ Outcome<std::vector<std::byte>> parse_soe_value(std::string_view text, const Soe
       return misused(fmt::format("\"{}\" is not a value of {} byte{}, {}", part, attribute.element_size(),
                                  attribute.element_size() == 1 ? "" : "s", display_text(attribute.display)));
     }
-    const auto bytes = wire::to_le_bytes(*number);
+    const auto bytes = bytes::to_le_bytes(*number);
     value.insert(value.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(attribute.element_size()));
     if (more) text.remove_prefix(end + 1);
   }

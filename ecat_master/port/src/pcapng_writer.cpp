@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::port {
 
@@ -37,13 +37,13 @@ constexpr std::uint8_t kNanoseconds = 9;  // time stamps count units of 10^-9 s
 
 template <typename Integer>
 void PcapngWriter::put(Integer value) {
-  const auto bytes = wire::to_le_bytes(value);
+  const auto bytes = bytes::to_le_bytes(value);
   sink_.insert(sink_.end(), bytes.begin(), bytes.end());
 }
 
 template <typename Integer>
 void PcapngWriter::option_integer(std::uint16_t code, Integer value) {
-  option(code, wire::to_le_bytes(value));
+  option(code, bytes::to_le_bytes(value));
 }
 
 void PcapngWriter::header(std::string_view interface_name) {
@@ -105,7 +105,7 @@ std::size_t PcapngWriter::begin_block(std::uint32_t type) {
 void PcapngWriter::end_block(std::size_t start) {
   const auto length = static_cast<std::uint32_t>(sink_.size() - start + sizeof(std::uint32_t));
   put(length);
-  wire::store_le(std::span{sink_}.subspan(start + sizeof(std::uint32_t)), length);
+  bytes::store_le(std::span{sink_}.subspan(start + sizeof(std::uint32_t)), length);
 }
 
 void PcapngWriter::option(std::uint16_t code, std::span<const std::byte> value) {

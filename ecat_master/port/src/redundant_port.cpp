@@ -68,9 +68,9 @@ void merge(std::span<const std::byte> sent, std::span<const std::byte> other, st
       into[i] = broadcast ? into[i] | other[i] : into[i] ^ other[i] ^ sent[i];
     }
     const auto counter = into.subspan(place.working_counter(), 2);
-    const auto sum = wire::load_le<std::uint16_t>(std::span<const std::byte>(counter)) +
-                     wire::load_le<std::uint16_t>(other.subspan(place.working_counter(), 2));
-    wire::store_le<std::uint16_t>(counter, static_cast<std::uint16_t>(sum));
+    const auto sum = bytes::load_le<std::uint16_t>(std::span<const std::byte>(counter)) +
+                     bytes::load_le<std::uint16_t>(other.subspan(place.working_counter(), 2));
+    bytes::store_le<std::uint16_t>(counter, static_cast<std::uint16_t>(sum));
     // The event requests of both sides are ORed.
     for (std::size_t i = place.header + 8; i < place.header + 10; ++i) into[i] |= other[i];
   }
@@ -164,8 +164,8 @@ std::span<const std::byte> RedundantPort::make_copy(std::span<const std::byte> f
       if (route.leader == TimeRoute::Leader::kSecondary) continue;
       if (route.other_later_ns) {
         const auto time = copy.subspan(place.data(), 4);
-        const auto value = wire::load_le<std::uint32_t>(std::span<const std::byte>(time));
-        wire::store_le<std::uint32_t>(time, value + static_cast<std::uint32_t>(*route.other_later_ns));
+        const auto value = bytes::load_le<std::uint32_t>(std::span<const std::byte>(time));
+        bytes::store_le<std::uint32_t>(time, value + static_cast<std::uint32_t>(*route.other_later_ns));
         continue;
       }
     }
@@ -190,8 +190,8 @@ void RedundantPort::settle_time(const Flight& flight, Side from, std::span<const
     std::copy_n(source.begin() + static_cast<std::ptrdiff_t>(place.data()), place.length,
                 into.begin() + static_cast<std::ptrdiff_t>(place.data()));
     const auto counter =
-        leader.empty() ? std::uint16_t{0} : wire::load_le<std::uint16_t>(leader.subspan(place.working_counter(), 2));
-    wire::store_le<std::uint16_t>(into.subspan(place.working_counter(), 2), counter);
+        leader.empty() ? std::uint16_t{0} : bytes::load_le<std::uint16_t>(leader.subspan(place.working_counter(), 2));
+    bytes::store_le<std::uint16_t>(into.subspan(place.working_counter(), 2), counter);
   }
 }
 

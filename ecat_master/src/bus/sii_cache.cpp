@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/esi/sii.hpp"
-#include "driveline/wire/endian.hpp"
 #include "driveline/wire/sii_access.hpp"
 
 namespace driveline::ecat_master {
@@ -17,10 +17,10 @@ constexpr std::size_t kSerialWord = 14;
 
 /// Whether the head identifies a single device.
 bool tells_whose(std::span<const std::byte> content) {
-  const auto checksum = wire::load_le<std::uint16_t>(content.subspan(2 * sii::kChecksumWord, 2));
+  const auto checksum = bytes::load_le<std::uint16_t>(content.subspan(2 * sii::kChecksumWord, 2));
   if ((checksum & 0xFF) != esi::sii_checksum(content.first<esi::SiiConfigArea::kSize>())) return false;
-  return wire::load_le<std::uint16_t>(content.subspan(2 * sii::kAliasWord, 2)) != 0 ||
-         wire::load_le<std::uint32_t>(content.subspan(2 * kSerialWord, 4)) != 0;
+  return bytes::load_le<std::uint16_t>(content.subspan(2 * sii::kAliasWord, 2)) != 0 ||
+         bytes::load_le<std::uint32_t>(content.subspan(2 * kSerialWord, 4)) != 0;
 }
 
 const std::vector<std::byte>* with_head(std::span<const std::vector<std::byte>> contents,

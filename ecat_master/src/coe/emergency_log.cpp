@@ -4,14 +4,14 @@
 
 #include <algorithm>
 
-#include "driveline/ecat_master/cia402/error_code.hpp"
+#include "driveline/motion/cia402/error_code.hpp"
 
 namespace driveline::ecat_master {
 
 std::string describe(const EmergencyRecord& record) {
   auto text = fmt::format("{:.3f} s slave {}: emergency {}, error register 0x{:02X},",
                           std::chrono::duration<double>(record.time).count(), record.slave,
-                          cia402::error_text(record.message.error_code), record.message.error_register);
+                          motion::cia402::error_text(record.message.error_code), record.message.error_register);
   for (const auto byte : record.message.data) text += fmt::format(" {:02X}", std::to_integer<unsigned>(byte));
   return text;
 }

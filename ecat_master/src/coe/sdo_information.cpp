@@ -46,17 +46,17 @@ SdoInfoOpCode answer_to(SdoInfoOpCode question) {
 std::shared_ptr<SdoInformationQuery> SdoInformationQuery::list(ObjectList list) {
   const auto type = static_cast<std::uint16_t>(list);
   return std::make_shared<SdoInformationQuery>(SdoInfoOpCode::kListRequest, type, std::uint8_t{0},
-                                               wire::to_le_bytes(type));
+                                               bytes::to_le_bytes(type));
 }
 
 std::shared_ptr<SdoInformationQuery> SdoInformationQuery::object(std::uint16_t index) {
   return std::make_shared<SdoInformationQuery>(SdoInfoOpCode::kObjectRequest, index, std::uint8_t{0},
-                                               wire::to_le_bytes(index));
+                                               bytes::to_le_bytes(index));
 }
 
 std::shared_ptr<SdoInformationQuery> SdoInformationQuery::entry(std::uint16_t index, std::uint8_t subindex) {
   std::array<std::byte, 4> parameters{};
-  wire::store_le(std::span(parameters).first<2>(), index);
+  bytes::store_le(std::span(parameters).first<2>(), index);
   parameters[2] = static_cast<std::byte>(subindex);
   parameters[3] = std::byte{kEverything};
   return std::make_shared<SdoInformationQuery>(SdoInfoOpCode::kEntryRequest, index, subindex, parameters);
@@ -87,7 +87,7 @@ MailboxDialogue::Reaction SdoInformationQuery::end(ErrorFacts facts) {
 
 /// The first fragment starts with the index (and sub-index) of the query.
 bool SdoInformationQuery::is_about_this(std::span<const std::byte> data) const {
-  if (data.size() < 2 || wire::load_le<std::uint16_t>(data) != about_) return false;
+  if (data.size() < 2 || bytes::load_le<std::uint16_t>(data) != about_) return false;
   return question_ != SdoInfoOpCode::kEntryRequest ||
          (data.size() >= 3 && std::to_integer<std::uint8_t>(data[2]) == subindex_);
 }
@@ -100,7 +100,7 @@ MailboxDialogue::Reaction SdoInformationQuery::receive(std::span<const std::byte
   const auto data = service.subspan(CoeHeader::kSize + SdoInfoHeader::kSize);
   if (header->op_code == SdoInfoOpCode::kError) {
     if (data.size() < 4) return end(facts::MailboxMalformed{object()});
-    return end(facts::SdoAbort{object(), static_cast<wire::SdoAbort>(wire::load_le<std::uint32_t>(data))});
+    return end(facts::SdoAbort{object(), static_cast<wire::SdoAbort>(bytes::load_le<std::uint32_t>(data))});
   }
   if (header->op_code != answer_to(question_)) return Reaction::kForeign;
   if (!fragments_left_) {
@@ -124,7 +124,7 @@ Result<std::vector<std::uint16_t>> decode_object_list(std::span<const std::byte>
   if (answer.size() < 2 || answer.size() % 2 != 0) return tl::unexpected(malformed());
   std::vector<std::uint16_t> indices;
   for (std::size_t at = 2; at < answer.size(); at += 2) {
-    indices.push_back(wire::load_le<std::uint16_t>(answer.subspan(at, 2)));
+    indices.push_back(bytes::load_le<std::uint16_t>(answer.subspan(at, 2)));
   }
   return indices;
 }
@@ -132,10 +132,10 @@ Result<std::vector<std::uint16_t>> decode_object_list(std::span<const std::byte>
 Result<ObjectDescription> decode_object_description(std::span<const std::byte> answer) {
   if (answer.size() < kObjectHeader) return tl::unexpected(malformed());
   ObjectDescription object;
-  object.index = wire::load_le<std::uint16_t>(answer);
-  object.data_type = wire::load_le<std::uint16_t>(answer.subspan(2));
-  object.max_subindex = wire::load_le<std::uint8_t>(answer.subspan(4));
-  object.object_code = wire::load_le<std::uint8_t>(answer.subspan(5));
+  object.index = bytes::load_le<std::uint16_t>(answer);
+  object.data_type = bytes::load_le<std::uint16_t>(answer.subspan(2));
+  object.max_subindex = bytes::load_le<std::uint8_t>(answer.subspan(4));
+  object.object_code = bytes::load_le<std::uint8_t>(answer.subspan(5));
   object.name = text_of(answer.subspan(kObjectHeader));
   return object;
 }
@@ -143,16 +143,16 @@ Result<ObjectDescription> decode_object_description(std::span<const std::byte> a
 Result<EntryDescription> decode_entry_description(std::span<const std::byte> answer) {
   if (answer.size() < kEntryHeader) return tl::unexpected(malformed());
   EntryDescription entry;
-  entry.index = wire::load_le<std::uint16_t>(answer);
-  entry.subindex = wire::load_le<std::uint8_t>(answer.subspan(2));
-  const auto flags = wire::load_le<std::uint8_t>(answer.subspan(3));
-  entry.data_type = wire::load_le<std::uint16_t>(answer.subspan(4));
-  entry.bit_length = wire::load_le<std::uint16_t>(answer.subspan(6));
-  entry.access = wire::load_le<std::uint16_t>(answer.subspan(8));
+  entry.index = bytes::load_le<std::uint16_t>(answer);
+  entry.subindex = bytes::load_le<std::uint8_t>(answer.subspan(2));
+  const auto flags = bytes::load_le<std::uint8_t>(answer.subspan(3));
+  entry.data_type = bytes::load_le<std::uint16_t>(answer.subspan(4));
+  entry.bit_length = bytes::load_le<std::uint16_t>(answer.subspan(6));
+  entry.access = bytes::load_le<std::uint16_t>(answer.subspan(8));
   auto rest = answer.subspan(kEntryHeader);
   if ((flags & kUnit) != 0) {
     if (rest.size() < 4) return tl::unexpected(malformed());
-    entry.unit = wire::load_le<std::uint32_t>(rest);
+    entry.unit = bytes::load_le<std::uint32_t>(rest);
     rest = rest.subspan(4);
   }
   const std::size_t bytes = (std::size_t{entry.bit_length} + 7) / 8;

@@ -70,7 +70,7 @@ class ScriptRun {
   };
 
   [[nodiscard]] const SdoScript::Step& step() const { return script_.steps[next_]; }
-  [[nodiscard]] bool optional() const { return step().need == WriteNeed::kOptional; }
+  [[nodiscard]] bool optional() const { return step().need == motion::WriteNeed::kOptional; }
   [[nodiscard]] facts::ObjectAddress object() const { return {step().at.index, step().at.subindex}; }
 
   void upload(Phase phase) { submit(phase, std::make_shared<SdoTransfer>(step().at)); }
@@ -82,7 +82,7 @@ class ScriptRun {
   }
 
   [[nodiscard]] bool left_out() const {
-    return step().need == WriteNeed::kOmitted ||
+    return step().need == motion::WriteNeed::kOmitted ||
            std::find(refused_.begin(), refused_.end(), step().at.index) != refused_.end();
   }
   /// Starts the next step that is not left out; without one the script is over.

@@ -23,7 +23,7 @@ constexpr std::uint8_t code_of(SdoResponseCommand command) {
 
 std::array<std::byte, SdoHeader::kSize> initiate(std::uint8_t command, const SdoAddress& at, std::uint32_t data) {
   std::array<std::byte, SdoHeader::kSize> sdo{};
-  SdoHeader{command, at.index, at.subindex, wire::to_le_bytes(data)}.encode(sdo);
+  SdoHeader{command, at.index, at.subindex, bytes::to_le_bytes(data)}.encode(sdo);
   return sdo;
 }
 

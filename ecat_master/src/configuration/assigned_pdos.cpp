@@ -20,7 +20,7 @@ class AssignmentReader {
                    StartupNotes& notes)
       : engine_(engine), slaves_(slaves), places_(places), notes_(notes), results_(places.size()) {}
 
-  std::vector<Result<std::vector<PdoMapping>>> run() {
+  std::vector<Result<std::vector<motion::PdoMapping>>> run() {
     std::vector<ListRead<std::uint16_t>> assignments;
     for (const auto& place : places_) {
       assignments.emplace_back(engine_, position(place),
@@ -58,14 +58,14 @@ class AssignmentReader {
   void take_mapping(MappingOfPlace& mapping) {
     auto& result = results_[mapping.place];
     const auto& place = places_[mapping.place];
-    PdoMapping pdo;
+    motion::PdoMapping pdo;
     pdo.index = mapping.list.index();
     pdo.sync_manager = place.sync_manager;
     std::optional<Error> early;
     const auto raw = mapping.list.take(early);
     const auto failure = early ? early : raw ? std::nullopt : std::optional(raw.error());
     if (!failure) {
-      for (const auto object : *raw) pdo.objects.push_back(MappedObject::from_raw(object));
+      for (const auto object : *raw) pdo.objects.push_back(motion::MappedObject::from_raw(object));
     } else if (auto known = mapping_instead(*failure, slaves_[place.slave].description, pdo.index)) {
       pdo.objects = std::move(*known);
     } else if (result) {
@@ -75,8 +75,9 @@ class AssignmentReader {
   }
 
   /// The mapping of the description, when the slave refuses to show its own.
-  std::optional<std::vector<MappedObject>> mapping_instead(const Error& failure, const esi::DeviceDescription& device,
-                                                           std::uint16_t pdo) {
+  std::optional<std::vector<motion::MappedObject>> mapping_instead(const Error& failure,
+                                                                   const esi::DeviceDescription& device,
+                                                                   std::uint16_t pdo) {
     const auto* abort = failure.as<facts::SdoAbort>();
     if (abort == nullptr) return std::nullopt;
     auto known = described_mapping(device, pdo);
@@ -89,22 +90,24 @@ class AssignmentReader {
   std::span<const SyncManagerPlace> places_;
   StartupNotes& notes_;
   std::vector<MappingOfPlace> mappings_;
-  std::vector<Result<std::vector<PdoMapping>>> results_;
+  std::vector<Result<std::vector<motion::PdoMapping>>> results_;
 };
 
 }  // namespace
 
-std::vector<Result<std::vector<PdoMapping>>> read_assignments(MailboxEngine& engine, std::span<const SlaveInfo> slaves,
-                                                              std::span<const SyncManagerPlace> places,
-                                                              StartupNotes& notes) {
+std::vector<Result<std::vector<motion::PdoMapping>>> read_assignments(MailboxEngine& engine,
+                                                                      std::span<const SlaveInfo> slaves,
+                                                                      std::span<const SyncManagerPlace> places,
+                                                                      StartupNotes& notes) {
   return AssignmentReader(engine, slaves, places, notes).run();
 }
 
-std::optional<std::vector<MappedObject>> described_mapping(const esi::DeviceDescription& device, std::uint16_t index) {
+std::optional<std::vector<motion::MappedObject>> described_mapping(const esi::DeviceDescription& device,
+                                                                   std::uint16_t index) {
   for (const auto* pdos : {&device.rx_pdos, &device.tx_pdos}) {
     const auto found = std::find_if(pdos->begin(), pdos->end(), [=](const auto& pdo) { return pdo.index == index; });
     if (found == pdos->end()) continue;
-    std::vector<MappedObject> objects;
+    std::vector<motion::MappedObject> objects;
     for (const auto& entry : found->entries) objects.push_back({entry.index, entry.subindex, entry.bit_length});
     return objects;
   }

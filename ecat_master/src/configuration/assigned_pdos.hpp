@@ -20,13 +20,12 @@ struct SyncManagerPlace {
 /// can be read, and a mapping that cannot be read is taken from the slave's description; both are added to `notes`.
 /// Errors: SdoAbort for an assignment, or a mapping without description, that the slave does not show; SdoSize,
 /// Mailbox*, those of the bus.
-[[nodiscard]] std::vector<Result<std::vector<PdoMapping>>> read_assignments(MailboxEngine& engine,
-                                                                            std::span<const SlaveInfo> slaves,
-                                                                            std::span<const SyncManagerPlace> places,
-                                                                            StartupNotes& notes);
+[[nodiscard]] std::vector<Result<std::vector<motion::PdoMapping>>> read_assignments(
+    MailboxEngine& engine, std::span<const SlaveInfo> slaves, std::span<const SyncManagerPlace> places,
+    StartupNotes& notes);
 
 /// The mapping of a PDO in the description; empty: it has no such PDO.
-[[nodiscard]] std::optional<std::vector<MappedObject>> described_mapping(const esi::DeviceDescription& device,
-                                                                         std::uint16_t index);
+[[nodiscard]] std::optional<std::vector<motion::MappedObject>> described_mapping(const esi::DeviceDescription& device,
+                                                                                 std::uint16_t index);
 
 }  // namespace driveline::ecat_master

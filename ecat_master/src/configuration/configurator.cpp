@@ -55,8 +55,8 @@ Result<void> read_own_pdos(MailboxEngine& engine, std::span<ConfiguredSlave> sla
 }
 
 /// The PDOs of a plan without objects, outputs first.
-std::vector<PdoMapping*> unnamed_mappings(SlavePlan& plan) {
-  std::vector<PdoMapping*> pdos;
+std::vector<motion::PdoMapping*> unnamed_mappings(SlavePlan& plan) {
+  std::vector<motion::PdoMapping*> pdos;
   for (auto* direction : {&plan.pdos.outputs, &plan.pdos.inputs}) {
     for (auto& pdo : *direction) {
       if (pdo.objects.empty() || pdo.own_mapping) pdos.push_back(&pdo);
@@ -87,7 +87,7 @@ void take_mappings_of_kind(std::span<ConfiguredSlave> slaves) {
 Result<void> read_own_mappings(MailboxEngine& engine, std::span<ConfiguredSlave> slaves, StartupNotes& notes) {
   std::vector<SlaveInfo> asked;
   std::vector<PdoPlace> places;
-  std::vector<PdoMapping*> pdos;
+  std::vector<motion::PdoMapping*> pdos;
   for (auto& slave : slaves) {
     if (!slave.present || slave.plan.own_pdos) continue;
     const auto unnamed = unnamed_mappings(slave.plan);
@@ -108,13 +108,13 @@ Result<void> read_own_mappings(MailboxEngine& engine, std::span<ConfiguredSlave>
 
 }  // namespace
 
-Result<SdoScript> coe_script(const ConfiguredSlave& slave, wire::AlState before) {
+Result<SdoScript> coe_script(const ConfiguredSlave& slave, motion::StartupState in) {
   SdoScript script;
   script.position = slave.info.ref.position;
   for (const auto& sdo : slave.plan.startup_sdos) {
-    if (sdo.before != before || sdo.need == WriteNeed::kOmitted) continue;
+    if (sdo.in != in || sdo.need == motion::WriteNeed::kOmitted) continue;
     script.steps.push_back(
-        {{sdo.index, sdo.subindex, sdo.complete}, sdo.data, sdo.need, sdo.need == WriteNeed::kOptional});
+        {{sdo.index, sdo.subindex, sdo.complete}, sdo.data, sdo.need, sdo.need == motion::WriteNeed::kOptional});
   }
   if (script.steps.empty() || (slave.mailbox && slave.info.description.mailbox.coe)) return script;
   return tl::unexpected(Error{facts::NoMailbox{wire::MailboxType::kCoe}, slave.info.ref.position});
@@ -232,12 +232,12 @@ Result<std::unique_ptr<MailboxClient>> enter_bootstrap(MailboxEngine& engine, co
                                                        device.bootstrap_tx_offset, device.bootstrap_tx_size});
 }
 
-Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves, wire::AlState before,
+Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves, motion::StartupState in,
                                 StartupNotes& notes) {
   std::vector<SdoScript> scripts;
   for (const auto& slave : slaves) {
     if (!slave.present) continue;
-    auto script = coe_script(slave, before);
+    auto script = coe_script(slave, in);
     if (!script) return tl::unexpected(script.error());
     if (!script->steps.empty()) scripts.push_back(std::move(*script));
   }
@@ -251,7 +251,7 @@ Result<void> write_watchdogs(Bus& bus, std::span<const ConfiguredSlave> slaves) 
     const auto& plan = slave.plan.watchdog;
     auto write = [&](const wire::Register<std::uint16_t>& reg, std::optional<std::uint16_t> value) {
       if (!value) return;
-      const auto bytes = wire::to_le_bytes(*value);
+      const auto bytes = bytes::to_le_bytes(*value);
       writes.push_back({slave.info.ref, reg.address, {bytes.begin(), bytes.end()}});
     };
     write(wire::reg::kWatchdogDivider, plan.divider);
@@ -264,7 +264,7 @@ Result<void> write_watchdogs(Bus& bus, std::span<const ConfiguredSlave> slaves) 
 Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<ConfiguredSlave> slaves,
                                             const LayoutSettings& layout, StartupNotes& notes) {
   auto& bus = engine.bus();
-  if (auto done = write_startup_sdos(engine, slaves, wire::AlState::kSafeOp, notes); !done)
+  if (auto done = write_startup_sdos(engine, slaves, motion::StartupState::kPreOperational, notes); !done)
     return tl::unexpected(done.error());
   if (auto done = write_planned_pdos(engine, slaves, notes); !done) return tl::unexpected(done.error());
   if (auto done = read_own_pdos(engine, slaves, notes); !done) return tl::unexpected(done.error());

@@ -42,8 +42,8 @@ const esi::Pdo* find_pdo(const std::vector<esi::Pdo>& pdos, std::uint16_t index)
   return found == pdos.end() ? nullptr : &*found;
 }
 
-std::vector<MappedObject> objects_of(const esi::Pdo& pdo) {
-  std::vector<MappedObject> objects;
+std::vector<motion::MappedObject> objects_of(const esi::Pdo& pdo) {
+  std::vector<motion::MappedObject> objects;
   for (const auto& entry : pdo.entries) objects.push_back({entry.index, entry.subindex, entry.bit_length});
   return objects;
 }
@@ -52,14 +52,14 @@ tl::unexpected<PdoMisfit> misfit(std::uint16_t pdo, MisfitFacts facts) {
   return tl::unexpected(PdoMisfit{pdo, facts});
 }
 
-tl::expected<void, PdoMisfit> check_pdo(const esi::DeviceDescription& device, const PdoMapping& planned,
+tl::expected<void, PdoMisfit> check_pdo(const esi::DeviceDescription& device, const motion::PdoMapping& planned,
                                         const std::vector<esi::Pdo>& known) {
   const auto* pdo = find_pdo(known, planned.index);
   if (pdo == nullptr) {
     if (device.mailbox.coe_pdo_config) return {};
     return misfit(planned.index, misfits::UnknownPdo{});
   }
-  if (same_content(planned.objects, objects_of(*pdo))) return {};
+  if (motion::same_content(planned.objects, objects_of(*pdo))) return {};
   if (pdo->fixed) return misfit(pdo->index, misfits::FixedEntries{});
   if (device.mailbox.coe_pdo_config) return {};
   return misfit(pdo->index, misfits::NoPdoConfiguration{});
@@ -67,7 +67,7 @@ tl::expected<void, PdoMisfit> check_pdo(const esi::DeviceDescription& device, co
 
 /// Checks that the sync manager of a PDO carries that direction, and is the device's sync manager for a PDO that cannot
 /// be moved.
-tl::expected<void, PdoMisfit> check_place(const esi::DeviceDescription& device, const PdoMapping& planned,
+tl::expected<void, PdoMisfit> check_place(const esi::DeviceDescription& device, const motion::PdoMapping& planned,
                                           const esi::Pdo* known, bool outputs) {
   if (!planned.sync_manager) return {};
   const auto number = *planned.sync_manager;
@@ -82,10 +82,11 @@ tl::expected<void, PdoMisfit> check_place(const esi::DeviceDescription& device, 
 }
 
 tl::expected<void, PdoMisfit> check_direction(const esi::DeviceDescription& device,
-                                              const std::vector<PdoMapping>& planned,
+                                              const std::vector<motion::PdoMapping>& planned,
                                               const std::vector<esi::Pdo>& known, bool outputs) {
   const auto is_planned = [&](std::uint16_t index) {
-    return std::any_of(planned.begin(), planned.end(), [=](const PdoMapping& pdo) { return pdo.index == index; });
+    return std::any_of(planned.begin(), planned.end(),
+                       [=](const motion::PdoMapping& pdo) { return pdo.index == index; });
   };
   for (const auto& one : planned) {
     if (auto done = check_pdo(device, one, known); !done) return done;
@@ -115,7 +116,7 @@ void append_list(Steps& steps, std::uint16_t index, const std::vector<T>& elemen
   if (!elements.empty()) steps.push_back(SdoScript::Step::of<std::uint8_t>(index, 0, subindex));
 }
 
-void append_mapping(Steps& steps, const PdoMapping& pdo) {
+void append_mapping(Steps& steps, const motion::PdoMapping& pdo) {
   std::vector<std::uint32_t> objects;
   for (const auto& object : pdo.objects) objects.push_back(object.raw());
   append_list(steps, pdo.index, objects);
@@ -179,24 +180,26 @@ void apply_description(ConfiguredSlave& slave) {
   slave.plan.own_pdos = false;
 }
 
-std::vector<StartupSdo> startup_commands(const esi::DeviceDescription& device) {
-  std::vector<StartupSdo> sdos;
+std::vector<motion::StartupSdo> startup_commands(const esi::DeviceDescription& device) {
+  std::vector<motion::StartupSdo> sdos;
   // Commands for INIT to PREOP need the mailbox as well: they are sent first in PREOP.
-  const std::array<std::pair<std::string_view, wire::AlState>, 3> kinds{
-      {{"IP", wire::AlState::kSafeOp}, {"PS", wire::AlState::kSafeOp}, {"SO", wire::AlState::kOp}}};
-  for (const auto& [transition, before] : kinds) {
+  const std::array<std::pair<std::string_view, motion::StartupState>, 3> kinds{
+      {{"IP", motion::StartupState::kPreOperational},
+       {"PS", motion::StartupState::kPreOperational},
+       {"SO", motion::StartupState::kSafeOperational}}};
+  for (const auto& [transition, in] : kinds) {
     for (const auto& command : device.init_commands) {
       const auto& when = command.transitions;
       if (std::find(when.begin(), when.end(), transition) == when.end()) continue;
       auto data = esi::parse_hex(command.data_hex).value_or(std::vector<std::byte>{});
       if (data.empty()) continue;
-      sdos.push_back({command.index, command.subindex, std::move(data), command.complete_access, before});
+      sdos.push_back({command.index, command.subindex, std::move(data), command.complete_access, in});
     }
   }
   return sdos;
 }
 
-void complete_pdos(const esi::DeviceDescription& device, PdoConfiguration& pdos) {
+void complete_pdos(const esi::DeviceDescription& device, motion::PdoConfiguration& pdos) {
   for (const bool outputs : {true, false}) {
     for (auto& planned : outputs ? pdos.outputs : pdos.inputs) {
       const auto* pdo = find_pdo(pdos_of(device, outputs), planned.index);
@@ -207,12 +210,13 @@ void complete_pdos(const esi::DeviceDescription& device, PdoConfiguration& pdos)
   }
 }
 
-tl::expected<void, PdoMisfit> check_pdos(const esi::DeviceDescription& device, const PdoConfiguration& pdos) {
+tl::expected<void, PdoMisfit> check_pdos(const esi::DeviceDescription& device, const motion::PdoConfiguration& pdos) {
   if (auto done = check_direction(device, pdos.outputs, device.rx_pdos, true); !done) return done;
   return check_direction(device, pdos.inputs, device.tx_pdos, false);
 }
 
-std::vector<AssignmentPlan> plan_assignments(const PdoConfiguration& pdos, const esi::DeviceDescription& device) {
+std::vector<AssignmentPlan> plan_assignments(const motion::PdoConfiguration& pdos,
+                                             const esi::DeviceDescription& device) {
   std::vector<AssignmentPlan> plans;
   if (!device.mailbox.coe || (!device.mailbox.coe_pdo_assign && !device.mailbox.coe_pdo_config)) return plans;
   for (std::size_t n = 0; n < device.sync_managers.size(); ++n) {
@@ -231,7 +235,7 @@ std::vector<AssignmentPlan> plan_assignments(const PdoConfiguration& pdos, const
       const bool as_found = pdo.own_mapping || pdo.objects.empty();
       const bool written = device.mailbox.coe_pdo_config && !fixed && !as_found;
       if (written) append_mapping(mappings, pdo);
-      plan.pdos.push_back({pdo.index, written ? pdo.objects : std::vector<MappedObject>{}});
+      plan.pdos.push_back({pdo.index, written ? pdo.objects : std::vector<motion::MappedObject>{}});
     }
     const auto assignment = static_cast<std::uint16_t>(kPdoAssignment + n);
     // A PDO can be changed only while it is not assigned.

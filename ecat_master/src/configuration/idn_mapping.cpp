@@ -37,8 +37,8 @@ class ListReader {
     return true;
   }
   /// Returns one PDO, or none when no drive has the list.
-  [[nodiscard]] std::vector<PdoMapping> take() {
-    std::vector<PdoMapping> pdos;
+  [[nodiscard]] std::vector<motion::PdoMapping> take() {
+    std::vector<motion::PdoMapping> pdos;
     if (!pdo_.objects.empty()) pdos.push_back(std::move(pdo_));
     return pdos;
   }
@@ -47,7 +47,7 @@ class ListReader {
   SoeClient soe_;
   std::uint16_t position_;
   wire::Idn word_;
-  PdoMapping pdo_{};
+  motion::PdoMapping pdo_{};
 };
 
 }  // namespace
@@ -56,7 +56,7 @@ bool maps_by_idn(const esi::DeviceDescription& device) noexcept {
   return device.mailbox.soe && !device.mailbox.coe;
 }
 
-Result<PdoConfiguration> read_idn_mapping(MailboxEngine& engine, const SlaveInfo& slave) {
+Result<motion::PdoConfiguration> read_idn_mapping(MailboxEngine& engine, const SlaveInfo& slave) {
   const auto channels = std::min(slave.description.mailbox.soe_channels, kMaxDrives);
   ListReader outputs(engine, slave.ref.position, kMasterControlWord, kMdtList);
   ListReader inputs(engine, slave.ref.position, kDriveStatusWord, kAtList);
@@ -68,7 +68,7 @@ Result<PdoConfiguration> read_idn_mapping(MailboxEngine& engine, const SlaveInfo
     // The number of drives is unknown: the last drive has been read.
     if (channels == 0 && !*takes && !*sends) break;
   }
-  PdoConfiguration configuration{outputs.take(), inputs.take()};
+  motion::PdoConfiguration configuration{outputs.take(), inputs.take()};
   const bool none = configuration.outputs.empty() && configuration.inputs.empty();
   return none ? pdo_configuration_from_sii(slave.description) : std::move(configuration);
 }

@@ -56,7 +56,7 @@ class ListRead {
   [[nodiscard]] Result<Number> number_of(const SdoFuture& future, std::uint8_t subindex) const {
     const auto& data = future.get();
     if (!data) return tl::unexpected(data.error());
-    if (data->size() == sizeof(Number)) return wire::load_le<Number>(*data);
+    if (data->size() == sizeof(Number)) return bytes::load_le<Number>(*data);
     return tl::unexpected(Error{facts::SdoSize{.object = {index_, subindex},
                                                .expected = sizeof(Number),
                                                .received = static_cast<std::uint32_t>(data->size())},

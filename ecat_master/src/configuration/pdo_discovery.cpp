@@ -18,11 +18,11 @@ bool carries_process_data(Use use) {
 
 /// The PDOs that the description assigns to a sync manager; `assigned` accepts its number.
 template <typename Assigned>
-std::vector<PdoMapping> described_pdos(const std::vector<esi::Pdo>& pdos, Assigned assigned) {
-  std::vector<PdoMapping> mappings;
+std::vector<motion::PdoMapping> described_pdos(const std::vector<esi::Pdo>& pdos, Assigned assigned) {
+  std::vector<motion::PdoMapping> mappings;
   for (const auto& pdo : pdos) {
     if (!pdo.sync_manager || !assigned(*pdo.sync_manager)) continue;
-    auto& mapping = mappings.emplace_back(PdoMapping{pdo.index, {}, pdo.sync_manager});
+    auto& mapping = mappings.emplace_back(motion::PdoMapping{pdo.index, {}, pdo.sync_manager});
     for (const auto& entry : pdo.entries) mapping.objects.push_back({entry.index, entry.subindex, entry.bit_length});
   }
   return mappings;
@@ -34,7 +34,7 @@ class Discovery {
   Discovery(std::span<const SlaveInfo> slaves, StartupNotes& notes)
       : slaves_(slaves), notes_(notes), results_(slaves.size()) {}
 
-  std::vector<Result<PdoConfiguration>> run(MailboxEngine& engine) {
+  std::vector<Result<motion::PdoConfiguration>> run(MailboxEngine& engine) {
     std::vector<SyncManagerPlace> places;
     for (std::size_t i = 0; i < slaves_.size(); ++i) {
       const auto& device = slaves_[i].description;
@@ -52,7 +52,7 @@ class Discovery {
   }
 
  private:
-  void take(const SyncManagerPlace& place, Result<std::vector<PdoMapping>> pdos) {
+  void take(const SyncManagerPlace& place, Result<std::vector<motion::PdoMapping>> pdos) {
     auto& result = results_[place.slave];
     if (!pdos && hides_assignment(place, pdos.error())) pdos = described(place, pdos.error());
     if (!pdos) {
@@ -72,7 +72,7 @@ class Discovery {
   }
 
   /// The PDOs of the description for a sync manager whose PDOs the slave does not show.
-  std::vector<PdoMapping> described(const SyncManagerPlace& place, const Error& error) {
+  std::vector<motion::PdoMapping> described(const SyncManagerPlace& place, const Error& error) {
     const auto& device = slaves_[place.slave].description;
     const auto number = place.sync_manager;
     const auto& known = use_of(place) == Use::kOutputs ? device.rx_pdos : device.tx_pdos;
@@ -91,10 +91,10 @@ class Discovery {
 
   std::span<const SlaveInfo> slaves_;
   StartupNotes& notes_;
-  std::vector<Result<PdoConfiguration>> results_;
+  std::vector<Result<motion::PdoConfiguration>> results_;
 };
 
-using Mapping = Result<std::vector<MappedObject>>;
+using Mapping = Result<std::vector<motion::MappedObject>>;
 
 /// The mapping that was read, or that of the description when the slave does not show its own.
 Mapping take_mapping(ListRead<std::uint32_t>& list, const SlaveInfo& slave, StartupNotes& notes) {
@@ -102,8 +102,8 @@ Mapping take_mapping(ListRead<std::uint32_t>& list, const SlaveInfo& slave, Star
   const auto raw = list.take(early);
   const auto failure = early ? early : raw ? std::nullopt : std::optional(raw.error());
   if (!failure) {
-    std::vector<MappedObject> objects;
-    for (const auto object : *raw) objects.push_back(MappedObject::from_raw(object));
+    std::vector<motion::MappedObject> objects;
+    for (const auto object : *raw) objects.push_back(motion::MappedObject::from_raw(object));
     return objects;
   }
   const auto* abort = failure->as<facts::SdoAbort>();
@@ -115,8 +115,10 @@ Mapping take_mapping(ListRead<std::uint32_t>& list, const SlaveInfo& slave, Star
 
 }  // namespace
 
-std::vector<Result<std::vector<MappedObject>>> read_mappings(MailboxEngine& engine, std::span<const SlaveInfo> slaves,
-                                                             std::span<const PdoPlace> places, StartupNotes& notes) {
+std::vector<Result<std::vector<motion::MappedObject>>> read_mappings(MailboxEngine& engine,
+                                                                     std::span<const SlaveInfo> slaves,
+                                                                     std::span<const PdoPlace> places,
+                                                                     StartupNotes& notes) {
   std::vector<std::optional<ListRead<std::uint32_t>>> reads(places.size());
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto& slave = slaves[places[i].slave];
@@ -130,18 +132,19 @@ std::vector<Result<std::vector<MappedObject>>> read_mappings(MailboxEngine& engi
     const auto& slave = slaves[places[i].slave];
     mappings.push_back(
         reads[i] ? take_mapping(*reads[i], slave, notes)
-                 : described_mapping(slave.description, places[i].index).value_or(std::vector<MappedObject>{}));
+                 : described_mapping(slave.description, places[i].index).value_or(std::vector<motion::MappedObject>{}));
   }
   return mappings;
 }
 
-PdoConfiguration pdo_configuration_from_sii(const esi::DeviceDescription& device) {
+motion::PdoConfiguration pdo_configuration_from_sii(const esi::DeviceDescription& device) {
   const auto any = [](std::uint8_t) { return true; };
   return {described_pdos(device.rx_pdos, any), described_pdos(device.tx_pdos, any)};
 }
 
-std::vector<Result<PdoConfiguration>> read_pdo_configurations(MailboxEngine& engine, std::span<const SlaveInfo> slaves,
-                                                              StartupNotes& notes) {
+std::vector<Result<motion::PdoConfiguration>> read_pdo_configurations(MailboxEngine& engine,
+                                                                      std::span<const SlaveInfo> slaves,
+                                                                      StartupNotes& notes) {
   return Discovery(slaves, notes).run(engine);
 }
 

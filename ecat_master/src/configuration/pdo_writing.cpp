@@ -24,7 +24,7 @@ bool is_assignment(std::uint16_t index) {
   return index >= kPdoAssignment && index <= kLastAssignment;
 }
 
-WriteNeed need_of(const StartupNeeds& needs, std::uint16_t index) {
+motion::WriteNeed need_of(const StartupNeeds& needs, std::uint16_t index) {
   return is_assignment(index) ? needs.pdo_assignment : needs.pdo_mapping;
 }
 
@@ -34,7 +34,7 @@ void apply_needs(const StartupNeeds& needs, std::vector<SdoScript::Step>& steps)
   for (auto& step : steps) {
     const auto need = need_of(needs, step.at.index);
     const bool clears = step.at.subindex == 0 && step.data == std::vector{std::byte{0}};
-    if (need == WriteNeed::kOmitted || (need == WriteNeed::kOptional && clears)) step.need = need;
+    if (need == motion::WriteNeed::kOmitted || (need == motion::WriteNeed::kOptional && clears)) step.need = need;
   }
 }
 
@@ -78,7 +78,7 @@ class PdoWriting {
     for (std::size_t i = 0; i < wanted_.size(); ++i) {
       auto& wanted = wanted_[i];
       if (!read[i] && !is_answer(read[i].error())) return tl::unexpected(read[i].error());
-      wanted.present = read[i] ? same_pdos(wanted.plan.pdos, *read[i]) : has_none(wanted.plan, read[i].error());
+      wanted.present = read[i] ? motion::same_pdos(wanted.plan.pdos, *read[i]) : has_none(wanted.plan, read[i].error());
     }
     return {};
   }
@@ -97,7 +97,7 @@ class PdoWriting {
     for (auto& wanted : wanted_) {
       if (wanted.present) continue;
       for (const auto& step : wanted.plan.steps) {
-        if (step.need == WriteNeed::kOmitted) mark_unwritten(wanted, step.at.index);
+        if (step.need == motion::WriteNeed::kOmitted) mark_unwritten(wanted, step.at.index);
       }
       const auto position = wanted.slave->info.ref.position;
       if (scripts.empty() || scripts.back().position != position) scripts.push_back({position, {}});
@@ -149,18 +149,18 @@ class PdoWriting {
     return {};
   }
 
-  void replace(const Wanted& wanted, const PdoConfiguration& own) {
+  void replace(const Wanted& wanted, const motion::PdoConfiguration& own) {
     auto& plan = wanted.slave->plan;
     const bool outputs = wanted.plan.outputs;
     auto& planned = outputs ? plan.pdos.outputs : plan.pdos.inputs;
     const auto& present = outputs ? own.outputs : own.inputs;
-    if (same_pdos(planned, present)) return;
+    if (motion::same_pdos(planned, present)) return;
     planned = present;
     for (auto& pdo : planned) pdo.own_mapping = true;
     if (wanted.own_assignment) (outputs ? plan.kept.outputs : plan.kept.inputs) = true;
     notes_.push_back({wanted.slave->info.ref.position,
                       notes::PlannedPdosReplaced{outputs, static_cast<std::uint16_t>(present.size()),
-                                                 static_cast<std::uint16_t>(bytes_of(present))}});
+                                                 static_cast<std::uint16_t>(motion::bytes_of(present))}});
   }
 
   MailboxEngine& engine_;

@@ -19,18 +19,18 @@ Error no_sync_manager(const ConfiguredSlave& slave, std::size_t bits) {
 
 /// PDOs (all inputs or all outputs) that the EEPROM assigns to a sync manager; exchanged by a slave without planned
 /// PDOs.
-std::vector<PdoMapping> assigned_pdos(const std::vector<esi::Pdo>& pdos) {
-  std::vector<PdoMapping> assigned;
+std::vector<motion::PdoMapping> assigned_pdos(const std::vector<esi::Pdo>& pdos) {
+  std::vector<motion::PdoMapping> assigned;
   for (const auto& pdo : pdos) {
     if (!pdo.sync_manager) continue;
-    auto& mapping = assigned.emplace_back(PdoMapping{pdo.index, {}, pdo.sync_manager});
+    auto& mapping = assigned.emplace_back(motion::PdoMapping{pdo.index, {}, pdo.sync_manager});
     for (const auto& entry : pdo.entries) mapping.objects.push_back({entry.index, entry.subindex, entry.bit_length});
   }
   return assigned;
 }
 
 /// Adds the input or output channels to `demand`.
-Result<void> add_channels(const ConfiguredSlave& slave, const std::vector<PdoMapping>& pdos, Use use,
+Result<void> add_channels(const ConfiguredSlave& slave, const std::vector<motion::PdoMapping>& pdos, Use use,
                           ProcessDataDemand& demand) {
   const auto& managers = slave.info.description.sync_managers;
   const auto first = find_sync_manager(slave.info, use);
@@ -57,7 +57,7 @@ std::size_t channel_bytes(const ProcessDataDemand& demand, std::uint8_t sync_man
 
 }  // namespace
 
-PdoConfiguration exchanged_pdos(const ConfiguredSlave& slave) {
+motion::PdoConfiguration exchanged_pdos(const ConfiguredSlave& slave) {
   const auto& planned = slave.plan.pdos;
   // The PDOs assigned by the slave have been read; there may be none.
   if (slave.plan.own_pdos) return planned;

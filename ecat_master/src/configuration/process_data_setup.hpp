@@ -9,7 +9,7 @@ namespace driveline::ecat_master {
 
 /// The PDOs that the slave exchanges: the planned PDOs; without a plan the default assignment of its EEPROM, which is
 /// not written.
-[[nodiscard]] PdoConfiguration exchanged_pdos(const ConfiguredSlave& slave);
+[[nodiscard]] motion::PdoConfiguration exchanged_pdos(const ConfiguredSlave& slave);
 
 /// The process data of `slave`; every PDO is assigned to its sync manager (PdoMapping). Errors: ProcessDataSize when
 /// the slave has no sync manager for it.

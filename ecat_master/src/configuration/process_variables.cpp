@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "configuration/process_data_setup.hpp"
-#include "driveline/ecat_master/cia402/object_name.hpp"
+#include "driveline/motion/cia402/object_name.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -17,7 +17,7 @@ struct Names {
   std::string pdo;
 };
 
-const esi::PdoEntry* find_entry(const esi::Pdo& pdo, const MappedObject& object) {
+const esi::PdoEntry* find_entry(const esi::Pdo& pdo, const motion::MappedObject& object) {
   const auto entry = std::find_if(pdo.entries.begin(), pdo.entries.end(), [&](const esi::PdoEntry& e) {
     return e.index == object.index && e.subindex == object.subindex;
   });
@@ -25,7 +25,7 @@ const esi::PdoEntry* find_entry(const esi::Pdo& pdo, const MappedObject& object)
 }
 
 /// Name of an object in a PDO: taken from that PDO, else from another PDO, the dictionary, or the drive profile.
-Names names_of(const esi::DeviceDescription& description, std::uint16_t pdo_index, const MappedObject& object) {
+Names names_of(const esi::DeviceDescription& description, std::uint16_t pdo_index, const motion::MappedObject& object) {
   Names names;
   for (const auto* pdos : {&description.rx_pdos, &description.tx_pdos}) {
     for (const auto& pdo : *pdos) {
@@ -41,7 +41,7 @@ Names names_of(const esi::DeviceDescription& description, std::uint16_t pdo_inde
       if (entry.subindex == object.subindex) names.entry = entry.name;
     }
   }
-  if (names.entry.empty()) names.entry = cia402::object_name(object.index, object.subindex);
+  if (names.entry.empty()) names.entry = motion::cia402::object_name(object.index, object.subindex);
   return names;
 }
 
@@ -263,13 +263,13 @@ tl::unexpected<VariableError> ProcessVariables::unfit(ProcessVariable variable, 
   return tl::unexpected(VariableError{variable_faults::Unfit{std::move(variable), wanted_bits}});
 }
 
-ProcessVariables::Found<PdoBits> ProcessVariables::bits(std::string_view name) const {
+ProcessVariables::Found<motion::PdoBits> ProcessVariables::bits(std::string_view name) const {
   auto variable = find(name);
   if (!variable) return tl::unexpected(variable.error());
-  if (variable->bits == 0 || variable->bits > PdoBits::kMaxBits) {
-    return unfit(std::move(*variable), PdoBits::kMaxBits);
+  if (variable->bits == 0 || variable->bits > motion::PdoBits::kMaxBits) {
+    return unfit(std::move(*variable), motion::PdoBits::kMaxBits);
   }
-  return PdoBits(variable->bit_offset, variable->bits);
+  return motion::PdoBits(variable->bit_offset, variable->bits);
 }
 
 ProcessVariables::Found<ProcessDataCopy> ProcessVariables::copy(std::string_view from, std::string_view to) const {

@@ -262,7 +262,7 @@ Result<std::vector<ControllerFacts>> read_controller_facts(Bus& bus, std::span<c
     std::vector<ControllerFacts> facts(slaves.size());
     const auto value = [&requests]<typename T>(std::size_t number, T& target) {
       using Value = typename T::value_type;
-      if (requests[number].working_counter == 1) target = wire::load_le<Value>(requests[number].data);
+      if (requests[number].working_counter == 1) target = bytes::load_le<Value>(requests[number].data);
     };
     for (std::size_t i = 0; i < slaves.size(); ++i) {
       if (requests[kReads * i].working_counter == 1) {

@@ -33,8 +33,8 @@ constexpr unsigned kAdpShift = 16;
 
 }  // namespace
 
-CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, MotionControl* motion, SampleRings rings,
-                       Settings settings)
+CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, motion::MotionControl* motion,
+                       motion::SampleRings rings, Settings settings)
     : port_(port),
       clock_(clock),
       image_(std::move(image)),
@@ -75,41 +75,41 @@ CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, M
 void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   begin(start);
   send(start.grid);
-  mark(CyclePhase::kSend);
+  mark(motion::CyclePhase::kSend);
   receive();
-  mark(CyclePhase::kReceive);
+  mark(motion::CyclePhase::kReceive);
   evaluate(start);
   grid_shift_ = {};
   if (settings_.clocks != nullptr && due(frames_.front())) {
     grid_shift_ = settings_.clocks->finish(start, sent_at_, frames_.front().drift());
   }
-  mark(CyclePhase::kJudge);
+  mark(motion::CyclePhase::kJudge);
   const std::span<const bool> valid(slave_valid_.get(), conditions_.size());
   if (motion_ != nullptr) {
     motion_->read_inputs(image_.inputs(), valid, {slave_operational_.get(), conditions_.size()}, due_slaves(),
                          exchanged_at_ - start.wake, sent_at_ - start.grid);
   }
-  mark(CyclePhase::kInputs);
+  mark(motion::CyclePhase::kInputs);
   if (settings_.tasks != nullptr) settings_.tasks->begin(start);
-  run_tasks(TaskTiming::Order::kBeforeMotion, start);
-  mark(CyclePhase::kTasksBefore);
+  run_tasks(motion::TaskTiming::Order::kBeforeMotion, start);
+  mark(motion::CyclePhase::kTasksBefore);
   if (motion_ != nullptr) motion_->update(start.cycle, image_.outputs());
-  mark(CyclePhase::kMotion);
-  run_tasks(TaskTiming::Order::kAfterMotion, start);
+  mark(motion::CyclePhase::kMotion);
+  run_tasks(motion::TaskTiming::Order::kAfterMotion, start);
   apply_copies(settings_.copies, valid, image_.inputs(), image_.outputs());
   acyclic_.end_cycle();
   const auto done = clock_.now();
-  if (settings_.trace != nullptr) settings_.trace->mark(CyclePhase::kTasksAfter, done);
+  if (settings_.trace != nullptr) settings_.trace->mark(motion::CyclePhase::kTasksAfter, done);
   const auto cost = done - start.wake;
   tally(start, cost);
   publish(start, cost);
-  mark(CyclePhase::kPublish);
+  mark(motion::CyclePhase::kPublish);
   if (settings_.trace != nullptr && counting_) settings_.trace->end();
 }
 
-void CyclicCore::run_tasks(TaskTiming::Order order, const rt::CycleStart& start) noexcept {
+void CyclicCore::run_tasks(motion::TaskTiming::Order order, const rt::CycleStart& start) noexcept {
   if (settings_.tasks == nullptr) return;
-  TaskCycle now;
+  motion::TaskCycle now;
   now.cycle = start.cycle;
   now.grid = start.grid;
   if (settings_.clocks != nullptr) now.system_time_ns = settings_.clocks->system_time(start.grid);
@@ -161,7 +161,7 @@ void CyclicCore::take_counting() noexcept {
 
 /// Runs before anything is sent: outputs prepared for a skipped cycle are no longer valid for the drives.
 void CyclicCore::note_absence(const rt::CycleStart& start) noexcept {
-  MasterAbsence absence;
+  motion::MasterAbsence absence;
   absence.duration = start.late(settings_.period);
   absence.since = start.wake - absence.duration;
   absence.cycle = cycle_number_;
@@ -367,7 +367,7 @@ void CyclicCore::note_foreign(std::span<const std::byte> frame) noexcept {
   frames_of_masters_.add();
   std::array<std::byte, 8> source{};
   std::copy_n(frame.begin() + 6, 6, source.begin());
-  other_source_.store(wire::load_le<std::uint64_t>(source), std::memory_order_relaxed);
+  other_source_.store(bytes::load_le<std::uint64_t>(source), std::memory_order_relaxed);
   const auto& header = datagram->header;
   const auto seen = std::uint64_t{harm_of(header.command, header.address.ado())} << kWeightShift |
                     std::uint64_t{static_cast<std::uint8_t>(header.command)} << kCommandShift |
@@ -380,7 +380,7 @@ void CyclicCore::note_foreign(std::span<const std::byte> frame) noexcept {
 OtherMaster CyclicCore::other_master() const noexcept {
   OtherMaster other;
   other.frames = frames_of_masters_.value();
-  const auto source = wire::to_le_bytes(other_source_.load(std::memory_order_relaxed));
+  const auto source = bytes::to_le_bytes(other_source_.load(std::memory_order_relaxed));
   std::copy_n(source.begin(), other.source.size(), other.source.begin());
   const auto seen = other_datagram_.load(std::memory_order_relaxed);
   other.command = static_cast<wire::Command>(seen >> kCommandShift & 0xFFU);
@@ -554,7 +554,7 @@ void CyclicCore::publish(const rt::CycleStart& start, nanoseconds cost) noexcept
   if (!sampled) return;
   rings_.lines->try_push(line);
   if (rings_.axes == nullptr || motion_ == nullptr) return;
-  ecat_master::publish(*motion_, line, *rings_.axes);
+  motion::publish(*motion_, line, *rings_.axes);
 }
 
 /// Whether the process data of a group have now been bad for so many exchanges that the recorder is triggered.
@@ -569,7 +569,7 @@ bool CyclicCore::turned_bad_for_long() const noexcept {
 
 /// Triggers the recorder when the motion has failed, or when process data have been bad for long.
 void CyclicCore::record(const snapshot::LineSample& line) noexcept {
-  std::span<const Axis> axes;
+  std::span<const motion::Axis> axes;
   if (motion_ != nullptr) {
     axes = motion_->axes();
     const bool failed = motion_->failed();

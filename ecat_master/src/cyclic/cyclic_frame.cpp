@@ -92,7 +92,7 @@ void CyclicFrame::set_drift(const dc::DriftDatagram& drift) noexcept {
   header.command = drift.command;
   header.address = drift.address;
   header.encode(raw);
-  wire::store_le<std::uint32_t>(std::span(buffer_).subspan(drift_place_->data(), drift_place_->length), drift.time);
+  bytes::store_le<std::uint32_t>(std::span(buffer_).subspan(drift_place_->data(), drift_place_->length), drift.time);
 }
 
 void CyclicFrame::prepare(const ProcessImage& image, bool zero_outputs) noexcept {
@@ -129,7 +129,7 @@ bool CyclicFrame::is_answer(std::span<const std::byte> frame) const noexcept {
     return sent && got && sent->command == got->command && sent->index == got->index && sent->length == got->length &&
            sent->more == got->more && sent->address.ado() == got->address.ado();
   };
-  if (frame.size() < size_ || wire::load_be16(frame.subspan(12, 2)) != wire::kEtherTypeEtherCat) return false;
+  if (frame.size() < size_ || bytes::load_be16(frame.subspan(12, 2)) != wire::kEtherTypeEtherCat) return false;
   if (status_place_ && !header_matches(*status_place_)) return false;
   if (drift_place_ && !header_matches(*drift_place_)) return false;
   return std::all_of(parts_.begin(), parts_.end(), [&](const Part& part) { return header_matches(part.place); });
@@ -141,19 +141,19 @@ bool CyclicFrame::accept(std::span<const std::byte> frame, FrameTag tag, Process
   awaited_ = false;
   received_ = true;
   if (status_place_) {
-    al_status_ = LineAlStatus{wire::load_le<std::uint16_t>(frame.subspan(status_place_->working_counter(), 2)),
-                              wire::load_le<std::uint16_t>(frame.subspan(status_place_->data(), 2))};
+    al_status_ = LineAlStatus{bytes::load_le<std::uint16_t>(frame.subspan(status_place_->working_counter(), 2)),
+                              bytes::load_le<std::uint16_t>(frame.subspan(status_place_->data(), 2))};
   }
   if (drift_place_) {
-    drift_ = dc::DriftAnswer{wire::load_le<std::uint32_t>(frame.subspan(drift_place_->data(), drift_place_->length)),
-                             wire::load_le<std::uint16_t>(frame.subspan(drift_place_->working_counter(), 2))};
+    drift_ = dc::DriftAnswer{bytes::load_le<std::uint32_t>(frame.subspan(drift_place_->data(), drift_place_->length)),
+                             bytes::load_le<std::uint16_t>(frame.subspan(drift_place_->working_counter(), 2))};
   }
   steady_ = true;
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     auto& part = parts_[i];
     auto& result = results_[i];
     result.received = true;
-    result.working_counter = wire::load_le<std::uint16_t>(frame.subspan(part.place.working_counter(), 2));
+    result.working_counter = bytes::load_le<std::uint16_t>(frame.subspan(part.place.working_counter(), 2));
     result.complete = result.working_counter == part.datagram.expected_working_counter;
     const bool changed = status_changed(part, frame);
     const bool same = result.complete && part.was_complete && !changed;

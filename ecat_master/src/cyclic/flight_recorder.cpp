@@ -10,7 +10,7 @@ namespace driveline::ecat_master {
 FlightRecorder::FlightRecorder(std::size_t axes, std::size_t cycles)
     : axes_(axes), lines_(std::max<std::size_t>(cycles, 1)), axis_records_(lines_.size() * axes) {}
 
-void FlightRecorder::record(const snapshot::LineSample& line, std::span<const Axis> axes) noexcept {
+void FlightRecorder::record(const snapshot::LineSample& line, std::span<const motion::Axis> axes) noexcept {
   // Acquire: the values set by rearm() must be visible.
   if (frozen_.load(std::memory_order_acquire)) return;
   lines_[next_] = line;

@@ -93,10 +93,10 @@ Result<void> write_offsets(Bus& bus, std::span<const SlaveRef> slaves, std::span
     clock.delay = static_cast<std::uint32_t>(delay);
     clock.offset = clocks.mapping.reference + static_cast<std::uint64_t>(delay) - (*times)[i].processing_unit;
     if (!clock.wide) clock.offset &= 0xFFFF'FFFFU;
-    wire::store_le<std::uint64_t>(values[i].offset, clock.offset);
-    wire::store_le<std::uint32_t>(values[i].delay, clock.delay);
+    bytes::store_le<std::uint64_t>(values[i].offset, clock.offset);
+    bytes::store_le<std::uint32_t>(values[i].delay, clock.delay);
     // Any write restarts the loop; the value is its bandwidth, here the controller's reset value.
-    wire::store_le<std::uint16_t>(values[i].speed, wire::reg::kSpeedCounterStart.reset);
+    bytes::store_le<std::uint16_t>(values[i].speed, wire::reg::kSpeedCounterStart.reset);
     write(i, wire::reg::kSystemTimeOffset.address, std::span(values[i].offset).first(clock.wide ? 8 : 4));
     write(i, wire::reg::kSystemTimeDelay.address, values[i].delay);
     write(i, wire::reg::kSpeedCounterStart.address, values[i].speed);

@@ -131,7 +131,7 @@ Result<bool> ClockWatch::keeps_time(std::uint16_t slave) {
   const auto bytes = std::span(offset).first(clock.wide ? 8 : 4);
   if (auto done = bus_.read(slaves_[slave], wire::reg::kSystemTimeOffset.address, bytes); !done)
     return tl::unexpected(done.error());
-  return wire::load_le<std::uint64_t>(offset) == clock.offset;
+  return bytes::load_le<std::uint64_t>(offset) == clock.offset;
 }
 
 /// Sets offset and delay and restarts the loop: one frame latched by both clocks gives the actual and the wanted time
@@ -150,9 +150,9 @@ Result<void> ClockWatch::set_clock(std::uint16_t slave) {
   std::array<std::byte, 8> offset{};
   std::array<std::byte, 4> delay{};
   std::array<std::byte, 2> speed{};
-  wire::store_le<std::uint64_t>(offset, clock.offset);
-  wire::store_le<std::uint32_t>(delay, clock.delay);
-  wire::store_le<std::uint16_t>(speed, wire::reg::kSpeedCounterStart.reset);
+  bytes::store_le<std::uint64_t>(offset, clock.offset);
+  bytes::store_le<std::uint32_t>(delay, clock.delay);
+  bytes::store_le<std::uint16_t>(speed, wire::reg::kSpeedCounterStart.reset);
   const auto write = [&](std::uint16_t address, std::span<std::byte> data) {
     return Request{wire::Command::kFpwr, wire::DatagramAddress::physical(slaves_[slave].station, address), data, 0,
                    false};

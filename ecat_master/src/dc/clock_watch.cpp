@@ -101,7 +101,7 @@ Result<void> ClockWatch::write_delays() {
   std::vector<Request> requests;
   for (std::size_t i = clocks_.reference; i < slaves_.size(); ++i) {
     if (!clocks_.slaves[i].present) continue;
-    wire::store_le<std::uint32_t>(data[i], clocks_.slaves[i].delay);
+    bytes::store_le<std::uint32_t>(data[i], clocks_.slaves[i].delay);
     requests.push_back({wire::Command::kFpwr,
                         wire::DatagramAddress::physical(slaves_[i].station, wire::reg::kSystemTimeDelay.address),
                         data[i], 0, false});

@@ -28,10 +28,10 @@ class DriftFrame {
     const auto expected = mapping.at(sample.sent);
     // If the reference clock does not answer, the other clocks receive the data of the datagram: the expected time, not
     // zero.
-    for (auto& data : data_) wire::store_le<std::uint32_t>(data, static_cast<std::uint32_t>(expected));
+    for (auto& data : data_) bytes::store_le<std::uint32_t>(data, static_cast<std::uint32_t>(expected));
     if (auto done = exchange.exchange(requests_); !done) return tl::unexpected(done.error());
     if (requests_.back().working_counter == 0) return std::nullopt;
-    sample.ahead = difference(extend(wire::load_le<std::uint32_t>(data_.back()), expected), expected);
+    sample.ahead = difference(extend(bytes::load_le<std::uint32_t>(data_.back()), expected), expected);
     return sample;
   }
 

@@ -123,7 +123,7 @@ Result<std::vector<ClockFeatures>> read_clock_features(Bus& bus, std::span<const
   if (auto done = bus.exchange().exchange(requests); !done) return tl::unexpected(done.error());
   std::vector<ClockFeatures> features;
   for (std::size_t i = 0; i < slaves.size(); ++i) {
-    const unsigned raw = wire::load_le<std::uint16_t>(data[i]);
+    const unsigned raw = bytes::load_le<std::uint16_t>(data[i]);
     const bool present = requests[i].working_counter == 1 && (raw & kClock) != 0;
     features.push_back({present, present && (raw & kWide) != 0});
   }
@@ -158,9 +158,9 @@ Result<std::vector<ReceiveTimes>> latch_receive_times(Bus& bus, std::span<const 
     }
     next += 2;
     for (unsigned port = 0; port < kSlavePorts; ++port) {
-      times[i].ports[port] = wire::load_le<std::uint32_t>(std::span(answers[i].ports).subspan(4 * port));
+      times[i].ports[port] = bytes::load_le<std::uint32_t>(std::span(answers[i].ports).subspan(4 * port));
     }
-    times[i].processing_unit = wire::load_le<std::uint64_t>(answers[i].processing_unit);
+    times[i].processing_unit = bytes::load_le<std::uint64_t>(answers[i].processing_unit);
     if (!features[i].wide) times[i].processing_unit &= 0xFFFF'FFFFU;
   }
   return times;
@@ -202,7 +202,7 @@ Result<std::vector<std::optional<std::chrono::nanoseconds>>> read_differences(Bu
   for (std::size_t i = 0; i < slaves.size(); ++i) {
     if (!features[i].present) continue;
     if (requests[next++].working_counter == 1)
-      differences[i] = decode_difference(wire::load_le<std::uint32_t>(data[i]));
+      differences[i] = decode_difference(bytes::load_le<std::uint32_t>(data[i]));
   }
   return differences;
 }

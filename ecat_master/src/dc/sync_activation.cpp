@@ -118,11 +118,11 @@ class Activation {
       clock.start = clocks_.start + static_cast<std::uint64_t>(signals.sync0_shift.count());
       bytes.control[0] = static_cast<std::byte>(signals.assign_activate & 0xFFU);
       bytes.activation[0] = activation_of(signals);
-      wire::store_le<std::uint32_t>(std::span(bytes.cycles).first<4>(),
-                                    static_cast<std::uint32_t>(signals.sync0_cycle.count()));
-      wire::store_le<std::uint32_t>(std::span(bytes.cycles).last<4>(),
-                                    static_cast<std::uint32_t>(signals.sync1_register().count()));
-      wire::store_le<std::uint64_t>(bytes.start, clock.start);
+      bytes::store_le<std::uint32_t>(std::span(bytes.cycles).first<4>(),
+                                     static_cast<std::uint32_t>(signals.sync0_cycle.count()));
+      bytes::store_le<std::uint32_t>(std::span(bytes.cycles).last<4>(),
+                                     static_cast<std::uint32_t>(signals.sync1_register().count()));
+      bytes::store_le<std::uint64_t>(bytes.start, clock.start);
       requests.push_back(request(wire::Command::kFpwr, i, wire::reg::kCyclicUnitControl.address, bytes.control));
       requests.push_back(request(wire::Command::kFpwr, i, wire::reg::kSync0CycleTime.address, bytes.cycles));
       requests.push_back(request(wire::Command::kFpwr, i, wire::reg::kStartTimeCyclic.address,

@@ -16,8 +16,8 @@ constexpr std::uint8_t kDistanceMax = 0x12;
 
 /// Writes `value` to the entry of both objects, except those in `left_out`.
 template <typename T>
-Result<void> write_both(MailboxEngine& engine, std::uint16_t slave, std::uint8_t subindex, T value, WriteNeed need,
-                        const std::vector<std::uint16_t>& left_out, StartupNotes& notes) {
+Result<void> write_both(MailboxEngine& engine, std::uint16_t slave, std::uint8_t subindex, T value,
+                        motion::WriteNeed need, const std::vector<std::uint16_t>& left_out, StartupNotes& notes) {
   SdoScript script{slave, {}};
   for (const auto index : {kOutputParameter, kInputParameter}) {
     if (std::find(left_out.begin(), left_out.end(), index) != left_out.end()) continue;
@@ -55,9 +55,9 @@ Error error_of(const StartupNote& note) {
 
 }  // namespace
 
-Result<void> write_sync_objects(MailboxEngine& engine, std::uint16_t slave, const SyncSignals& signals, WriteNeed need,
-                                StartupNotes& notes) {
-  if (need == WriteNeed::kOmitted) return {};
+Result<void> write_sync_objects(MailboxEngine& engine, std::uint16_t slave, const SyncSignals& signals,
+                                motion::WriteNeed need, StartupNotes& notes) {
+  if (need == motion::WriteNeed::kOmitted) return {};
   StartupNotes refused;
   const auto type = signals.sync0() ? kSyncTypeSync0 : kSyncTypeFreeRun;
   // The types first: a slave may accept a cycle only with the type that uses it.
@@ -67,10 +67,11 @@ Result<void> write_sync_objects(MailboxEngine& engine, std::uint16_t slave, cons
   StartupNotes cycles;
   const auto cycle = static_cast<std::uint32_t>(signals.sync0_cycle.count());
   const auto missing = missing_objects_in(refused);
-  const auto done = write_both<std::uint32_t>(engine, slave, kCycle, cycle, WriteNeed::kOptional, missing, cycles);
+  const auto done =
+      write_both<std::uint32_t>(engine, slave, kCycle, cycle, motion::WriteNeed::kOptional, missing, cycles);
   if (!done) return done;
   std::erase_if(cycles, is_read_only);
-  if (need == WriteNeed::kMandatory && !cycles.empty()) return tl::unexpected(error_of(cycles.front()));
+  if (need == motion::WriteNeed::kMandatory && !cycles.empty()) return tl::unexpected(error_of(cycles.front()));
   notes.insert(notes.end(), cycles.begin(), cycles.end());
   return {};
 }

@@ -20,9 +20,9 @@ struct Answers {
 
 void decode(const Answers& answers, SlaveDiagnosis& slave) {
   const std::span<const std::byte> al = answers.al;
-  slave.al.status = wire::AlStatus::from_raw(wire::load_le<std::uint16_t>(al));
-  slave.al.code = static_cast<wire::AlStatusCode>(wire::load_le<std::uint16_t>(al.subspan(4)));
-  const auto links = wire::DlStatus::from_raw(wire::load_le<std::uint16_t>(answers.dl_status));
+  slave.al.status = wire::AlStatus::from_raw(bytes::load_le<std::uint16_t>(al));
+  slave.al.code = static_cast<wire::AlStatusCode>(bytes::load_le<std::uint16_t>(al.subspan(4)));
+  const auto links = wire::DlStatus::from_raw(bytes::load_le<std::uint16_t>(answers.dl_status));
   const auto counter = [&answers](std::size_t address) {
     return std::to_integer<std::uint8_t>(answers.counters[address - wire::reg::kRxErrorCounter.address]);
   };

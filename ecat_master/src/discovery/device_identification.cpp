@@ -33,7 +33,7 @@ Result<void> write_requests(Bus& bus, std::span<const SlaveRef> slaves, const st
   std::vector<std::array<std::byte, 2>> data(slaves.size());
   for (std::size_t i = 0; i < slaves.size(); ++i) {
     if (!asked[i]) continue;
-    data[i] = wire::to_le_bytes(wire::AlControl{before[i].state, false, request_id}.raw());
+    data[i] = bytes::to_le_bytes(wire::AlControl{before[i].state, false, request_id}.raw());
     requests.push_back({wire::Command::kFpwr,
                         wire::DatagramAddress::physical(slaves[i].station, wire::reg::kAlControl.address), data[i], 0,
                         false});
@@ -51,7 +51,7 @@ Result<std::vector<std::optional<std::uint16_t>>> read_device_ids(Bus& bus, std:
   if (!asked) return tl::unexpected(asked.error());
   std::vector<wire::AlStatus> before;
   for (std::size_t i = 0; i < slaves.size(); ++i) {
-    before.push_back(wire::AlStatus::from_raw(wire::load_le<std::uint16_t>(data[i])));
+    before.push_back(wire::AlStatus::from_raw(bytes::load_le<std::uint16_t>(data[i])));
     if (before[i].error) (*asked)[i] = false;
   }
   if (auto done = write_requests(bus, slaves, before, *asked, true); !done) return tl::unexpected(done.error());
@@ -63,9 +63,9 @@ Result<std::vector<std::optional<std::uint16_t>>> read_device_ids(Bus& bus, std:
     for (std::size_t i = 0; i < slaves.size(); ++i) {
       if (!(*asked)[i] || ids[i]) continue;
       const std::span<const std::byte> report = data[i];
-      const auto status = wire::AlStatus::from_raw(wire::load_le<std::uint16_t>(report));
+      const auto status = wire::AlStatus::from_raw(bytes::load_le<std::uint16_t>(report));
       if ((*answered)[i] && status.id_loaded && !status.error) {
-        ids[i] = wire::load_le<std::uint16_t>(report.subspan(4));
+        ids[i] = bytes::load_le<std::uint16_t>(report.subspan(4));
       } else {
         all = false;
       }

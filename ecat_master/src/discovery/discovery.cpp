@@ -37,7 +37,7 @@ Result<std::uint16_t> open_ports(Bus& bus, std::uint16_t count) {
 
 /// Resets the settings of an earlier master: INIT with the error acknowledged, then all channels off.
 Result<void> reset_slaves(Bus& bus) {
-  const auto control = wire::to_le_bytes(wire::AlControl{wire::AlState::kInit, true, false}.raw());
+  const auto control = bytes::to_le_bytes(wire::AlControl{wire::AlState::kInit, true, false}.raw());
   if (auto done = bus.broadcast_write(wire::reg::kAlControl.address, control); !done)
     return tl::unexpected(done.error());
   return clear_channels(bus);
@@ -49,7 +49,7 @@ Result<std::vector<SlaveRef>> assign_addresses(Bus& bus, std::uint16_t count) {
   std::vector<Request> requests;
   for (std::uint16_t i = 0; i < count; ++i) {
     slaves.push_back({i, static_cast<std::uint16_t>(kFirstStationAddress + i)});
-    addresses[i] = wire::to_le_bytes(slaves.back().station);
+    addresses[i] = bytes::to_le_bytes(slaves.back().station);
     requests.push_back(
         {wire::Command::kApwr, wire::DatagramAddress::position(i, wire::reg::kStationAddress.address), addresses[i]});
   }

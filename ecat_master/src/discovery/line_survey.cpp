@@ -43,7 +43,7 @@ Result<void> assign_stations(Bus& bus, std::span<SurveyedSlave> slaves) {
   std::vector<std::array<std::byte, kAddressBytes>> data(slaves.size());
   for (std::size_t i = 0; i < slaves.size(); ++i) {
     slaves[i].ref.station = static_cast<std::uint16_t>(kFirstStationAddress + i);
-    wire::store_le(std::span(data[i]).first<2>(), slaves[i].ref.station);
+    bytes::store_le(std::span(data[i]).first<2>(), slaves[i].ref.station);
   }
   return for_all(bus, wire::Command::kApwr, wire::reg::kStationAddress.address, data, 2);
 }
@@ -62,8 +62,8 @@ Result<std::vector<SurveyedSlave>> survey(Bus& bus, SurveyAddresses policy) {
   if (!read) return tl::unexpected(read.error());
   std::vector<SurveyedSlave> slaves;
   for (std::size_t i = 0; i < states->size(); ++i) {
-    const auto station = wire::load_le<std::uint16_t>(addresses[i]);
-    const auto alias = wire::load_le<std::uint16_t>(std::span(addresses[i]).subspan(2));
+    const auto station = bytes::load_le<std::uint16_t>(addresses[i]);
+    const auto alias = bytes::load_le<std::uint16_t>(std::span(addresses[i]).subspan(2));
     slaves.push_back({{static_cast<std::uint16_t>(i), station}, alias, (*states)[i]});
   }
   if (policy == SurveyAddresses::kComplete && !usable(slaves)) {
@@ -96,12 +96,12 @@ Result<EscInformation> read_esc_information(Bus& bus, SlaveRef slave) {
   const auto byte = [&raw](std::size_t at) { return std::to_integer<std::uint8_t>(raw[at]); };
   info.type = byte(wire::reg::kType.address);
   info.revision = byte(wire::reg::kRevision.address);
-  info.build = wire::load_le<std::uint16_t>(std::span(raw).subspan(wire::reg::kBuild.address));
+  info.build = bytes::load_le<std::uint16_t>(std::span(raw).subspan(wire::reg::kBuild.address));
   info.fmmus = byte(wire::reg::kFmmuCount.address);
   info.sync_managers = byte(wire::reg::kSyncManagerCount.address);
   info.ram_kib = byte(wire::reg::kRamSize.address);
   info.port_descriptor = byte(wire::reg::kPortDescriptor.address);
-  info.features = wire::load_le<std::uint16_t>(std::span(raw).subspan(wire::reg::kFeatures.address));
+  info.features = bytes::load_le<std::uint16_t>(std::span(raw).subspan(wire::reg::kFeatures.address));
   const auto dl_status = bus.read(slave, wire::reg::kDlStatus);
   if (!dl_status) return tl::unexpected(dl_status.error());
   info.dl_status = wire::DlStatus::from_raw(*dl_status);
@@ -111,7 +111,7 @@ Result<EscInformation> read_esc_information(Bus& bus, SlaveRef slave) {
     return tl::unexpected(touched.error());
   }
   for (unsigned port = 0; port < 4; ++port) {
-    info.receive_time_ns[port] = wire::load_le<std::uint32_t>(std::span(times).subspan(4 * port));
+    info.receive_time_ns[port] = bytes::load_le<std::uint32_t>(std::span(times).subspan(4 * port));
   }
   return info;
 }

@@ -240,14 +240,14 @@ Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::size_t count,
     if (requests[3 * i + 1].working_counter != 1) {
       return tl::unexpected(silent(i, requests[3 * i + 1].working_counter));
     }
-    const auto status = wire::DlStatus::from_raw(wire::load_le<std::uint16_t>(answers[i].dl_status));
-    const auto features = wire::load_le<std::uint16_t>(answers[i].features);
+    const auto status = wire::DlStatus::from_raw(bytes::load_le<std::uint16_t>(answers[i].dl_status));
+    const auto features = bytes::load_le<std::uint16_t>(answers[i].features);
     facts[i].receive_times_valid =
         requests[3 * i + 2].working_counter == 1 && (features & kFeatureDistributedClocks) != 0;
     for (std::size_t port = 0; port < kSlavePorts; ++port) {
       facts[i].link[port] = status.ports[port].link;
       facts[i].open[port] = !status.ports[port].loop_closed && status.ports[port].communication;
-      facts[i].receive_time_ns[port] = wire::load_le<std::uint32_t>(std::span(answers[i].times).subspan(4 * port));
+      facts[i].receive_time_ns[port] = bytes::load_le<std::uint32_t>(std::span(answers[i].times).subspan(4 * port));
     }
   }
   return facts;

@@ -24,12 +24,12 @@ Result<std::vector<SlaveRef>> Master::wire_order() {
   if (auto done = exchange_.exchange(requests); !done) return tl::unexpected(done.error());
   std::vector<SlaveRef> order;
   for (std::uint16_t i = 0; i < *count; ++i) {
-    auto station = wire::load_le<std::uint16_t>(stations[i]);
+    auto station = bytes::load_le<std::uint16_t>(stations[i]);
     const bool ours =
         std::any_of(refs_.begin(), refs_.end(), [station](const SlaveRef& ref) { return ref.station == station; });
     if (!ours) {
       station = static_cast<std::uint16_t>(kTemporary + i);
-      const auto address = wire::to_le_bytes(station);
+      const auto address = bytes::to_le_bytes(station);
       if (auto done = bus_.write_at_position(i, wire::reg::kStationAddress.address, address); !done)
         return tl::unexpected(done.error());
     }

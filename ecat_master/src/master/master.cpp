@@ -200,7 +200,7 @@ Result<void> Master::await_clocks() {
   }
 }
 
-tl::expected<void, rt::RealtimeError> Master::start_cycle(MotionControl* motion, SampleRings rings,
+tl::expected<void, rt::RealtimeError> Master::start_cycle(motion::MotionControl* motion, motion::SampleRings rings,
                                                           CyclicCore::Settings settings,
                                                           const MakeRunner& make_runner) {
   settings.slaves = static_cast<std::uint16_t>(reachable().size());
@@ -276,7 +276,8 @@ Result<void> Master::go_operational() {
   if (watch_) {
     if (auto done = await_clocks(); !done) return done;
   }
-  if (auto done = write_startup_sdos(engine_, slaves_, wire::AlState::kOp, startup_notes_); !done) return done;
+  if (auto done = write_startup_sdos(engine_, slaves_, motion::StartupState::kSafeOperational, startup_notes_); !done)
+    return done;
   return raise_to(wire::AlState::kOp);
 }
 

@@ -72,7 +72,7 @@ Result<std::vector<SlaveRef>> Master::assign_temporary_addresses(std::span<const
   std::vector<SlaveRef> guests;
   for (const auto position : positions) {
     const SlaveRef guest{position, static_cast<std::uint16_t>(kTemporary + position)};
-    const auto address = wire::to_le_bytes(guest.station);
+    const auto address = bytes::to_le_bytes(guest.station);
     if (auto done = bus_.write_at_position(position, wire::reg::kStationAddress.address, address); !done)
       return tl::unexpected(done.error());
     guests.push_back(guest);

@@ -149,7 +149,7 @@ Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_t
     return tl::unexpected(explain_state_error(bus_, slaves_, image_, done.error()));
   }
   StartupNotes notes;
-  const auto written = write_startup_sdos(engine_, {&slaves_[slave], 1}, AlState::kOp, notes);
+  const auto written = write_startup_sdos(engine_, {&slaves_[slave], 1}, motion::StartupState::kSafeOperational, notes);
   add_new(startup_notes_, notes);
   if (!written) return written;
   return change_state(bus_, ref, AlState::kOp, state_timeout);
@@ -172,7 +172,7 @@ Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds sta
   if (auto done = hand_over_eeproms(bus_, {&one.info, 1}); !done) return done;
   if (auto done = change_state(bus_, ref, AlState::kPreOp, state_timeout); !done) return done;
   StartupNotes notes;
-  auto configured = write_startup_sdos(engine_, {&one, 1}, AlState::kSafeOp, notes);
+  auto configured = write_startup_sdos(engine_, {&one, 1}, motion::StartupState::kPreOperational, notes);
   if (configured) configured = restore_pdos(slave, notes);
   add_new(startup_notes_, notes);
   if (!configured) return configured;
@@ -193,10 +193,10 @@ Result<void> Master::restore_pdos(std::size_t slave, StartupNotes& notes) {
   const auto planned = one.plan.pdos;
   const auto kept = one.plan.kept;
   if (auto done = write_planned_pdos(engine_, {&one, 1}, notes); !done) return done;
-  const bool same =
-      same_pdos(planned.outputs, one.plan.pdos.outputs) && same_pdos(planned.inputs, one.plan.pdos.inputs);
+  const bool same = motion::same_pdos(planned.outputs, one.plan.pdos.outputs) &&
+                    motion::same_pdos(planned.inputs, one.plan.pdos.inputs);
   if (same) return {};
-  const auto bytes = [](const PdoConfiguration& pdos) {
+  const auto bytes = [](const motion::PdoConfiguration& pdos) {
     return static_cast<std::uint32_t>(pdos.output_bytes() + pdos.input_bytes());
   };
   const facts::ProcessDataSize other{.bytes = bytes(one.plan.pdos), .limit = bytes(planned)};

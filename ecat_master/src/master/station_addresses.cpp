@@ -32,8 +32,8 @@ Result<std::vector<Seen>> read_station_addresses(Bus& bus) {
   if (auto done = bus.exchange().exchange(requests); !done) return tl::unexpected(done.error());
   std::vector<Seen> seen;
   for (std::size_t i = 0; i < data.size(); ++i) {
-    seen.push_back({wire::load_le<std::uint16_t>(data[i]), wire::load_le<std::uint16_t>(std::span(data[i]).subspan(2)),
-                    requests[i].working_counter == 1});
+    seen.push_back({bytes::load_le<std::uint16_t>(data[i]),
+                    bytes::load_le<std::uint16_t>(std::span(data[i]).subspan(2)), requests[i].working_counter == 1});
   }
   return seen;
 }
@@ -96,7 +96,7 @@ Result<std::vector<Master::Readdressed>> Master::readdress_newcomers() {
     present[slave] = true;
     unproven_[slave] = true;
     moved.push_back({static_cast<std::uint16_t>(slave), (*seen)[position].station});
-    const auto address = wire::to_le_bytes(refs_[slave].station);
+    const auto address = bytes::to_le_bytes(refs_[slave].station);
     return bus_.write_at_position(static_cast<std::uint16_t>(position), wire::reg::kStationAddress.address, address);
   };
   std::size_t reached = 0;

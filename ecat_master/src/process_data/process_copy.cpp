@@ -14,8 +14,8 @@ void apply_copies(std::span<const ProcessDataCopy> copies, std::span<const bool>
       continue;
     }
     for (std::size_t done = 0; done < copy.bits;) {
-      const auto part = static_cast<unsigned>(std::min<std::size_t>(copy.bits - done, PdoBits::kMaxBits));
-      PdoBits(copy.to_bit + done, part).set(outputs, PdoBits(copy.from_bit + done, part).get(inputs));
+      const auto part = static_cast<unsigned>(std::min<std::size_t>(copy.bits - done, motion::PdoBits::kMaxBits));
+      motion::PdoBits(copy.to_bit + done, part).set(outputs, motion::PdoBits(copy.from_bit + done, part).get(inputs));
       done += part;
     }
   }

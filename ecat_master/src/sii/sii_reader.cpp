@@ -67,9 +67,9 @@ class Reading {
       const Request look{wire::Command::kFprd, address, step.answer};
       if (step.looks && mode_ != Mode::kPairs) requests.push_back(look);
       if (step.commands) {
-        wire::store_le<std::uint16_t>(step.command, sii::kCommandRead);
-        wire::store_le<std::uint32_t>(std::span(step.command).subspan(kAddressAt),
-                                      static_cast<std::uint32_t>(step.word));
+        bytes::store_le<std::uint16_t>(step.command, sii::kCommandRead);
+        bytes::store_le<std::uint32_t>(std::span(step.command).subspan(kAddressAt),
+                                       static_cast<std::uint32_t>(step.word));
         requests.push_back({wire::Command::kFpwr, address, step.command});
       }
       if (step.looks && mode_ == Mode::kPairs) requests.push_back(look);
@@ -129,7 +129,7 @@ class Reading {
   void evaluate() {
     const auto& first = steps_.front();
     if (mode_ == Mode::kCommand) {
-      const auto status = wire::load_le<std::uint16_t>(first.answer);
+      const auto status = bytes::load_le<std::uint16_t>(first.answer);
       if ((status & sii::kBusy) == 0 && first.commands) mode_ = Mode::kAwait;
     } else if (mode_ == Mode::kAwait) {
       evaluate_awaited(first);
@@ -179,9 +179,9 @@ class Reading {
 
   /// Appends the words in `answer` if they are the wanted ones.
   Answer take_answer(std::span<const std::byte, sii::kInterfaceBytes> answer) {
-    const auto status = wire::load_le<std::uint16_t>(answer);
+    const auto status = bytes::load_le<std::uint16_t>(answer);
     if ((status & sii::kBusy) != 0) return Answer::kBusy;
-    const auto shown = wire::load_le<std::uint32_t>(answer.subspan(kAddressAt));
+    const auto shown = bytes::load_le<std::uint32_t>(answer.subspan(kAddressAt));
     if (shows_address_ && shown != words()) return Answer::kOther;
     if ((status & (sii::kErrorAcknowledge | sii::kErrorWriteEnable)) != 0) {
       fail(facts::SiiError{.word = next_word(), .status = status});
@@ -195,7 +195,7 @@ class Reading {
 
   [[nodiscard]] std::size_t words() const noexcept { return image_.size() / 2; }
   [[nodiscard]] std::uint16_t word(std::size_t at) const noexcept {
-    return wire::load_le<std::uint16_t>(std::span(image_).subspan(2 * at, 2));
+    return bytes::load_le<std::uint16_t>(std::span(image_).subspan(2 * at, 2));
   }
   /// End of the words that may be read. Word 0x3E holds the EEPROM size in KiBit minus one.
   [[nodiscard]] std::size_t limit() const noexcept {

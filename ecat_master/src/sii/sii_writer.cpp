@@ -23,7 +23,7 @@ constexpr int kTries = 10;
 constexpr int kMaxRestoreFailures = 3;
 
 std::uint16_t word_at(std::span<const std::byte> bytes, std::size_t word) {
-  return wire::load_le<std::uint16_t>(bytes.subspan(2 * word, 2));
+  return bytes::load_le<std::uint16_t>(bytes.subspan(2 * word, 2));
 }
 
 std::uint16_t narrow(std::size_t word) {
@@ -53,7 +53,7 @@ class SiiInterfaceAccess {
   }
 
   Result<void> write(std::size_t word, std::uint16_t value) {
-    const auto data = wire::to_le_bytes(value);
+    const auto data = bytes::to_le_bytes(value);
     auto done = attempt(word, [&] { return command(sii::kCommandWrite | sii::kWriteEnable, word, data); });
     if (!done) return tl::unexpected(done.error());
     return {};
@@ -76,13 +76,13 @@ class SiiInterfaceAccess {
 
   Result<std::vector<std::byte>> command(unsigned control, std::size_t word, std::span<const std::byte> data) {
     std::vector<std::byte> request(6 + data.size());
-    wire::store_le<std::uint16_t>(request, static_cast<std::uint16_t>(control));
-    wire::store_le<std::uint32_t>(std::span(request).subspan(2), static_cast<std::uint32_t>(word));
+    bytes::store_le<std::uint16_t>(request, static_cast<std::uint16_t>(control));
+    bytes::store_le<std::uint32_t>(std::span(request).subspan(2), static_cast<std::uint32_t>(word));
     std::copy(data.begin(), data.end(), request.begin() + 6);
     if (auto done = give(word, request); !done) return tl::unexpected(done.error());
     const auto status = wait_idle(word);
     if (!status) return tl::unexpected(status.error());
-    const auto flags = wire::load_le<std::uint16_t>(*status);
+    const auto flags = bytes::load_le<std::uint16_t>(*status);
     if ((flags & (sii::kErrorAcknowledge | sii::kErrorWriteEnable)) != 0) {
       return tl::unexpected(error(facts::SiiError{.word = narrow(word), .status = flags}));
     }
@@ -109,7 +109,7 @@ class SiiInterfaceAccess {
       if (auto done = bus_.read(slave_, wire::reg::kSiiControl.address, data); !done) {
         return tl::unexpected(done.error());
       }
-      if ((wire::load_le<std::uint16_t>(data) & sii::kBusy) == 0) return data;
+      if ((bytes::load_le<std::uint16_t>(data) & sii::kBusy) == 0) return data;
       if (poll_timeout.over(bus_.exchange().now())) return tl::unexpected(error(facts::SiiBusy{narrow(word)}));
       bus_.exchange().pause(kPause);
     }
@@ -287,10 +287,10 @@ tl::expected<SiiWriteReport, SiiWriteFailure> write_alias(Bus& bus, SlaveRef sla
     const auto error = access.error(facts::SiiContent{sii::kChecksumWord});
     return tl::unexpected(SiiWriteFailure{error, 0, {}, {}});
   }
-  wire::store_le(std::span(*image).subspan(2 * sii::kAliasWord, 2), alias);
+  bytes::store_le(std::span(*image).subspan(2 * sii::kAliasWord, 2), alias);
   const std::uint16_t high = word_at(*image, sii::kChecksumWord) & 0xFF00U;
-  wire::store_le(std::span(*image).subspan(2 * sii::kChecksumWord, 2),
-                 static_cast<std::uint16_t>(high | esi::sii_checksum(area)));
+  bytes::store_le(std::span(*image).subspan(2 * sii::kChecksumWord, 2),
+                  static_cast<std::uint16_t>(high | esi::sii_checksum(area)));
   return write_sii(bus, slave, *image);
 }
 

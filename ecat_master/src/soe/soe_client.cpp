@@ -127,11 +127,11 @@ Result<SoeParameter> SoeClient::parameter(facts::SoeDatum at) {
 }
 
 Result<void> SoeClient::execute(facts::SoeDatum command, const SoeCommandSettings& settings) {
-  const auto started = write(command, SoeElement::kValue, wire::to_le_bytes(wire::kSoeCommandStart));
+  const auto started = write(command, SoeElement::kValue, bytes::to_le_bytes(wire::kSoeCommandStart));
   if (!started) return started;
   const auto state = await_end(command, settings);
   // Whatever the outcome: the drive keeps the command active until it is cancelled.
-  const auto cancelled = write(command, SoeElement::kValue, wire::to_le_bytes(wire::kSoeCommandCancel));
+  const auto cancelled = write(command, SoeElement::kValue, bytes::to_le_bytes(wire::kSoeCommandCancel));
   if (!state) return tl::unexpected(state.error());
   if (*state != SoeCommandState::kExecuted) {
     return tl::unexpected(Error{facts::SoeCommandEnded{command, *state}, position_});

@@ -27,7 +27,7 @@ std::string message_text(const wire::Emergency& emergency) {
 std::optional<std::variant<SoeNotification, wire::Emergency>> message_of(const SoeHeader& header,
                                                                          std::span<const std::byte> data) {
   if (header.op_code == SoeOpCode::kNotification && data.size() >= sizeof(std::uint16_t)) {
-    return SoeNotification{header.idn(), static_cast<wire::SoeCommandState>(wire::load_le<std::uint16_t>(data))};
+    return SoeNotification{header.idn(), static_cast<wire::SoeCommandState>(bytes::load_le<std::uint16_t>(data))};
   }
   if (header.op_code != SoeOpCode::kEmergency) return std::nullopt;
   const auto emergency = wire::Emergency::decode(data);

@@ -1,6 +1,6 @@
 #include "driveline/ecat_master/soe/soe_parameter.hpp"
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -17,7 +17,8 @@ class ElementReader {
   void take(SoeElement element, SoeParameter& parameter) {
     switch (element) {
       case SoeElement::kState:
-        if (const auto bytes = fixed(sizeof(std::uint16_t)); ok_) parameter.state = wire::load_le<std::uint16_t>(bytes);
+        if (const auto bytes = fixed(sizeof(std::uint16_t)); ok_)
+          parameter.state = bytes::load_le<std::uint16_t>(bytes);
         break;
       case SoeElement::kName:
         parameter.name = text();
@@ -92,7 +93,7 @@ std::optional<std::vector<wire::Idn>> idns_of(std::span<const std::byte> list) {
   if (list.size() % sizeof(wire::Idn::raw) != 0) return std::nullopt;
   std::vector<wire::Idn> idns;
   for (; !list.empty(); list = list.subspan(sizeof(wire::Idn::raw))) {
-    idns.push_back({wire::load_le<std::uint16_t>(list)});
+    idns.push_back({bytes::load_le<std::uint16_t>(list)});
   }
   return idns;
 }

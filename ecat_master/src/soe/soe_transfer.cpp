@@ -80,7 +80,7 @@ MailboxDialogue::Reaction SoeTransfer::receive(std::span<const std::byte> servic
   if (about != at_) return end(facts::SoeOther{at_, about});
   if (header->error) {
     if (data.size() < sizeof(wire::SoeError)) return end(facts::MailboxMalformed{});
-    const auto code = wire::load_le<std::uint16_t>(data.last(sizeof(wire::SoeError)));
+    const auto code = bytes::load_le<std::uint16_t>(data.last(sizeof(wire::SoeError)));
     return end(facts::SoeRefused{at_, static_cast<wire::SoeError>(code)});
   }
   return header->incomplete ? receive_part(*header, data) : receive_last(*header, data);

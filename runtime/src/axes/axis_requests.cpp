@@ -10,11 +10,11 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::AxisCommand;
-using ecat_master::AxisError;
-using ecat_master::AxisRequest;
-using ecat_master::PlcopenState;
-using ecat_master::RequestPhase;
+using motion::AxisCommand;
+using motion::AxisError;
+using motion::AxisRequest;
+using motion::PlcopenState;
+using motion::RequestPhase;
 using Why = AxisRefusal::Why;
 
 /// Whether the command is a stop, which every caller may send.
@@ -68,11 +68,11 @@ tl::unexpected<AxisRefusal> refused(const LeaseRefusal& lease) {
 
 }  // namespace
 
-AxisRequests::AxisRequests(const std::vector<ecat_master::AxisConfig>& axes, const rt::Clock& clock,
+AxisRequests::AxisRequests(const std::vector<motion::AxisConfig>& axes, const rt::Clock& clock,
                            std::function<void()> stop_all)
     : axes_(axes), clock_(clock), stop_all_(std::move(stop_all)), authority_(axes.size()) {}
 
-void AxisRequests::open(ecat_master::SingleAxes& axes) {
+void AxisRequests::open(motion::SingleAxes& axes) {
   const std::lock_guard guard(lock_);
   single_ = &axes;
 }
@@ -194,7 +194,7 @@ AxisRequests::Submitted AxisRequests::try_to_submit(const AxisCaller& caller, st
     stop_all_();
     return kRunEnded;
   }
-  const auto report = single_ != nullptr ? single_->axis_report(axis) : ecat_master::AxisReport{};
+  const auto report = single_ != nullptr ? single_->axis_report(axis) : motion::AxisReport{};
   if (auto wrong = check_request(axes_[axis], report, request)) return tl::unexpected(std::move(*wrong));
   // Also for a caller with the name of the source that moves them: there are no single axes to ask.
   if (together_) return refused(Why::kMovedTogether, authority_.owner_of(axis));

@@ -11,9 +11,9 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::Couplings;
-using ecat_master::MasterSignal;
-using ecat_master::RequestPhase;
+using motion::Couplings;
+using motion::MasterSignal;
+using motion::RequestPhase;
 using trajectory::CouplingLaw;
 using trajectory::CouplingState;
 using Kind = CouplingOrder::Kind;
@@ -64,7 +64,7 @@ std::string_view to_text(CouplingState state) noexcept {
   return "?";
 }
 
-Result<std::unique_ptr<LineCouplings>> LineCouplings::make(const LineConfig& config, ecat_master::SingleAxes& axes,
+Result<std::unique_ptr<LineCouplings>> LineCouplings::make(const LineConfig& config, motion::SingleAxes& axes,
                                                            const ecat_master::ProcessVariables& variables,
                                                            const ecat_master::Master& master) {
   std::unique_ptr<LineCouplings> made(new LineCouplings(config));
@@ -73,7 +73,7 @@ Result<std::unique_ptr<LineCouplings>> LineCouplings::make(const LineConfig& con
   return made;
 }
 
-Result<void> LineCouplings::add_signals(ecat_master::SingleAxes& axes, const ecat_master::ProcessVariables& variables,
+Result<void> LineCouplings::add_signals(motion::SingleAxes& axes, const ecat_master::ProcessVariables& variables,
                                         const ecat_master::Master& master) {
   for (const auto& coupling : plan_.couplings) {
     auto& pair = pairs_.emplace_back();
@@ -172,8 +172,8 @@ bool LineCouplings::phase_taken(std::size_t slave, std::uint64_t number) const n
   return couplings_->report(slave).phase_number >= (number & ~kPhaseBit);
 }
 
-ecat_master::RequestReport LineCouplings::judge(std::size_t slave, std::uint64_t number,
-                                                ecat_master::RequestReport report) const {
+motion::RequestReport LineCouplings::judge(std::size_t slave, std::uint64_t number,
+                                           motion::RequestReport report) const {
   if (!is_phase(number)) {
     if (report.phase != RequestPhase::kReached || !is_order(slave, number)) return report;
     if (couplings_->report(slave).state != CouplingState::kInSync) report.phase = RequestPhase::kActive;
@@ -181,11 +181,11 @@ ecat_master::RequestReport LineCouplings::judge(std::size_t slave, std::uint64_t
   }
   const auto now = couplings_->report(slave);
   const auto asked = number & ~kPhaseBit;
-  if (now.phase_number > asked) return {RequestPhase::kAborted, ecat_master::AxisError::kNone};
+  if (now.phase_number > asked) return {RequestPhase::kAborted, motion::AxisError::kNone};
   const bool lost = now.state == CouplingState::kIdle || (now.phase_number == asked && now.phase_refused);
-  if (lost) return {RequestPhase::kError, ecat_master::AxisError::kNothingToDo};
+  if (lost) return {RequestPhase::kError, motion::AxisError::kNothingToDo};
   const bool done = now.phase_number == asked && now.phase_reached;
-  return {done ? RequestPhase::kDone : RequestPhase::kActive, ecat_master::AxisError::kNone};
+  return {done ? RequestPhase::kDone : RequestPhase::kActive, motion::AxisError::kNone};
 }
 
 trajectory::CouplingRefusal LineCouplings::refusal(std::size_t slave) const noexcept {
@@ -197,8 +197,8 @@ CouplingStatus LineCouplings::status(std::size_t slave) const {
   const auto now = couplings_->report(slave);
   CouplingStatus status;
   status.master = coupling.axis ? config_.axes[*coupling.axis].name : plan_.encoders[*coupling.encoder].name;
-  status.master_unit = coupling.axis ? ecat_master::position_unit(config_.axes[*coupling.axis])
-                                     : *plan_.encoders[*coupling.encoder].unit;
+  status.master_unit =
+      coupling.axis ? motion::position_unit(config_.axes[*coupling.axis]) : *plan_.encoders[*coupling.encoder].unit;
   status.state = now.state;
   status.master_position = now.master;
   status.phase = now.phase;

@@ -9,7 +9,7 @@
 
 #include "driveline/ecat_master/configuration/process_variables.hpp"
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/ecat_master/single_axis/couplings.hpp"
+#include "driveline/motion/single_axis/couplings.hpp"
 #include "driveline/runtime/axes/coupling_order.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/error.hpp"
@@ -22,8 +22,7 @@ class LineCouplings {
  public:
   /// `axes` and `config` must outlive it. Errors, with the place in the file: the process data do not contain the entry
   /// of an encoder, or the entry cannot be an encoder.
-  [[nodiscard]] static Result<std::unique_ptr<LineCouplings>> make(const LineConfig& config,
-                                                                   ecat_master::SingleAxes& axes,
+  [[nodiscard]] static Result<std::unique_ptr<LineCouplings>> make(const LineConfig& config, motion::SingleAxes& axes,
                                                                    const ecat_master::ProcessVariables& variables,
                                                                    const ecat_master::Master& master);
   LineCouplings(const LineCouplings&) = delete;
@@ -38,8 +37,8 @@ class LineCouplings {
   [[nodiscard]] std::uint64_t submit(std::size_t slave, const CouplingOrder& order);
   /// Returns what `report` means for the order `number`. A slave has reached its target only when it is synchronous;
   /// orders about the phase are known only here.
-  [[nodiscard]] ecat_master::RequestReport judge(std::size_t slave, std::uint64_t number,
-                                                 ecat_master::RequestReport report) const;
+  [[nodiscard]] motion::RequestReport judge(std::size_t slave, std::uint64_t number,
+                                            motion::RequestReport report) const;
   /// Whether the number is that of an order to shift the phase.
   [[nodiscard]] static bool is_phase(std::uint64_t number) noexcept { return (number & kPhaseBit) != 0; }
   /// Whether the cycle has taken the order to shift the phase with this number.
@@ -56,16 +55,16 @@ class LineCouplings {
   static constexpr std::uint64_t kPhaseBit = std::uint64_t{1} << 63;
 
   explicit LineCouplings(const LineConfig& config) : config_(config), plan_(config.couplings) {}
-  [[nodiscard]] Result<void> add_signals(ecat_master::SingleAxes& axes, const ecat_master::ProcessVariables& variables,
+  [[nodiscard]] Result<void> add_signals(motion::SingleAxes& axes, const ecat_master::ProcessVariables& variables,
                                          const ecat_master::Master& master);
   [[nodiscard]] Result<void> add_encoder(const CouplingConfig& coupling, const ecat_master::ProcessVariables& variables,
                                          const ecat_master::Master& master);
 
   const LineConfig& config_;
   const CouplingPlan& plan_;
-  std::vector<std::unique_ptr<ecat_master::MasterSignal>> signals_;
-  std::vector<ecat_master::Couplings::Pair> pairs_;
-  std::unique_ptr<ecat_master::Couplings> couplings_;
+  std::vector<std::unique_ptr<motion::MasterSignal>> signals_;
+  std::vector<motion::Couplings::Pair> pairs_;
+  std::unique_ptr<motion::Couplings> couplings_;
   std::map<std::size_t, std::uint64_t> orders_;  ///< last coupling order of each slave
 };
 

@@ -15,7 +15,7 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::AxisCommand;
+using motion::AxisCommand;
 using Why = AxisRefusal::Why;
 
 AxisRefusal not_a_number(std::string_view quantity) {
@@ -48,16 +48,14 @@ std::optional<AxisRefusal> check(const Ranged& ranged) {
 }
 
 /// Checks that a double resolves a position well below an increment.
-std::optional<AxisRefusal> check_position(const ecat_master::AxisConfig& axis, std::string_view quantity,
-                                          double position) {
-  const double farthest = ecat_master::farthest_position(axis);
+std::optional<AxisRefusal> check_position(const motion::AxisConfig& axis, std::string_view quantity, double position) {
+  const double farthest = motion::farthest_position(axis);
   return check({quantity, "", position, -farthest, farthest});
 }
 
-std::optional<AxisRefusal> check_positions(const ecat_master::AxisConfig& axis,
-                                           const ecat_master::AxisRequest& request) {
+std::optional<AxisRefusal> check_positions(const motion::AxisConfig& axis, const motion::AxisRequest& request) {
   if (!std::isfinite(request.target_si)) return not_a_number("target");
-  if (ecat_master::names_position(request.command)) {
+  if (motion::names_position(request.command)) {
     if (auto wrong = check_position(axis, "position", request.target_si)) return wrong;
   }
   if (auto wrong = check_position(axis, "distance", request.distance_si)) return wrong;
@@ -65,7 +63,7 @@ std::optional<AxisRefusal> check_positions(const ecat_master::AxisConfig& axis,
   return check_position(axis, "window", request.window_last_si);
 }
 
-std::optional<AxisRefusal> check_target(const ecat_master::AxisConfig& axis, const ecat_master::AxisRequest& request) {
+std::optional<AxisRefusal> check_target(const motion::AxisConfig& axis, const motion::AxisRequest& request) {
   constexpr double kHighestOverride = 2.0;
   const double fastest = axis.limits.max_velocity;
   switch (request.command) {
@@ -86,15 +84,15 @@ std::optional<AxisRefusal> check_target(const ecat_master::AxisConfig& axis, con
 }
 
 /// Whether the request makes the master close the control loop with torque setpoints.
-bool led_by_torque(const ecat_master::AxisRequest& request) {
-  constexpr auto kTorqueMode = static_cast<std::int8_t>(ecat_master::cia402::Mode::kCyclicTorque);
+bool led_by_torque(const motion::AxisRequest& request) {
+  constexpr auto kTorqueMode = static_cast<std::int8_t>(motion::cia402::Mode::kCyclicTorque);
   return request.command == AxisCommand::kTorque ||
          (request.command == AxisCommand::kSetMode && request.mode == kTorqueMode);
 }
 
 /// Returns the target position as far as it is known before the motion starts: for motions from standstill and to
 /// absolute positions.
-std::optional<double> destination(const ecat_master::AxisReport& report, const ecat_master::AxisRequest& request) {
+std::optional<double> destination(const motion::AxisReport& report, const motion::AxisRequest& request) {
   switch (request.command) {
     case AxisCommand::kMoveAbsolute:
     case AxisCommand::kDriveMoveAbsolute:
@@ -105,15 +103,15 @@ std::optional<double> destination(const ecat_master::AxisReport& report, const e
     case AxisCommand::kMoveAdditive:
     case AxisCommand::kMoveSuperimposed:
     case AxisCommand::kDriveMoveRelative:
-      if (report.state != ecat_master::PlcopenState::kStandstill) return std::nullopt;
+      if (report.state != motion::PlcopenState::kStandstill) return std::nullopt;
       return report.setpoint + request.target_si;
     default:
       return std::nullopt;
   }
 }
 
-std::optional<AxisRefusal> check_destination(const ecat_master::AxisConfig& axis, const ecat_master::AxisReport& report,
-                                             const ecat_master::AxisRequest& request) {
+std::optional<AxisRefusal> check_destination(const motion::AxisConfig& axis, const motion::AxisReport& report,
+                                             const motion::AxisRequest& request) {
   const auto range = range_of_requests(axis, report);
   const auto to = destination(report, request);
   if (!range || !to) return std::nullopt;
@@ -134,7 +132,7 @@ struct PlanLimits {
   double deceleration;
   double jerk;
 
-  PlanLimits(const ecat_master::AxisConfig& axis, double override_factor, const ecat_master::AxisRequest& request)
+  PlanLimits(const motion::AxisConfig& axis, double override_factor, const motion::AxisRequest& request)
       : velocity(std::min(or_else(request.velocity_si, axis.limits.max_velocity) * or_else(override_factor, 1.0),
                           axis.limits.max_velocity)),
         acceleration(or_else(request.acceleration_si, axis.limits.max_acceleration)),
@@ -172,8 +170,8 @@ AxisRefusal too_long(std::string_view per, double reach) {
 
 /// Checks that the motion, from rest at the present setpoint, lasts no longer than a profile can. The axis itself
 /// checks it from its motion in progress.
-std::optional<AxisRefusal> check_duration(const ecat_master::AxisConfig& axis, const ecat_master::AxisReport& report,
-                                          const ecat_master::AxisRequest& request) {
+std::optional<AxisRefusal> check_duration(const motion::AxisConfig& axis, const motion::AxisReport& report,
+                                          const motion::AxisRequest& request) {
   // Without limits the axis itself decides.
   if (!(axis.limits.max_velocity > 0.0) || !(axis.limits.max_acceleration > 0.0)) return std::nullopt;
   const PlanLimits limits(axis, report.override_factor, request);
@@ -187,9 +185,9 @@ std::optional<AxisRefusal> check_duration(const ecat_master::AxisConfig& axis, c
     return too_long("/s", limits.velocity_reach());
   }
   const bool planned_here =
-      ecat_master::leads_to_position(request.command) || request.command == AxisCommand::kMoveSuperimposed;
+      motion::leads_to_position(request.command) || request.command == AxisCommand::kMoveSuperimposed;
   const auto to = planned_here ? destination(report, request) : std::nullopt;
-  if (!to || request.direction != ecat_master::MoveDirection::kNone) return std::nullopt;
+  if (!to || request.direction != motion::MoveDirection::kNone) return std::nullopt;
   const double way = *to - report.setpoint;
   if (trajectory::plan_to_position({}, {way, 0.0, 0.0}, limits.towards(way))) return std::nullopt;
   return too_long("", limits.reach());
@@ -197,15 +195,15 @@ std::optional<AxisRefusal> check_duration(const ecat_master::AxisConfig& axis, c
 
 }  // namespace
 
-std::optional<trajectory::PositionRange> range_of_requests(const ecat_master::AxisConfig& axis,
-                                                           const ecat_master::AxisReport& report) {
+std::optional<trajectory::PositionRange> range_of_requests(const motion::AxisConfig& axis,
+                                                           const motion::AxisReport& report) {
   if (!axis.software_limits) return std::nullopt;
   return trajectory::PositionRange{axis.software_limits->min + report.position_offset,
                                    axis.software_limits->max + report.position_offset};
 }
 
-std::optional<AxisRefusal> check_request(const ecat_master::AxisConfig& axis, const ecat_master::AxisReport& report,
-                                         const ecat_master::AxisRequest& request) {
+std::optional<AxisRefusal> check_request(const motion::AxisConfig& axis, const motion::AxisReport& report,
+                                         const motion::AxisRequest& request) {
   if (auto wrong = check_target(axis, request)) return wrong;
   if (auto wrong = check_destination(axis, report, request)) return wrong;
   if (led_by_torque(request) && !(axis.velocity_gain > 0.0)) {

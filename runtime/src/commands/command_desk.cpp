@@ -10,9 +10,9 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::AxisCommand;
-using ecat_master::AxisRequest;
-using ecat_master::RequestPhase;
+using motion::AxisCommand;
+using motion::AxisRequest;
+using motion::RequestPhase;
 using snapshot::CommandKind;
 using snapshot::CommandRecord;
 using snapshot::CommandResult;

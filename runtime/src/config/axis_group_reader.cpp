@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-#include "driveline/ecat_master/group/axis_groups.hpp"
+#include "driveline/motion/group/axis_groups.hpp"
 #include "driveline/runtime/toml/suggestion.hpp"
 #include "driveline/trajectory/axis_name.hpp"
 
@@ -71,9 +71,9 @@ void check_axis(const TomlReader& reader, const LineConfig& config, std::size_t 
 
 std::vector<std::size_t> read_axes(TomlReader& reader, const LineConfig& config) {
   const auto names = reader.texts_or("axes", {});
-  if (names.size() < kLeastAxes || names.size() > ecat_master::AxisGroups::kMaxAxes) {
+  if (names.size() < kLeastAxes || names.size() > motion::AxisGroups::kMaxAxes) {
     reader.fail("axes", fmt::format("{} are named, {} to {} names of [[axis]] tables are expected", names.size(),
-                                    kLeastAxes, ecat_master::AxisGroups::kMaxAxes));
+                                    kLeastAxes, motion::AxisGroups::kMaxAxes));
   }
   std::vector<std::size_t> axes;
   for (const auto& name : names) {
@@ -88,7 +88,7 @@ std::vector<std::size_t> read_axes(TomlReader& reader, const LineConfig& config)
 std::vector<trajectory::NamedAxis> axes_of(const AxisGroupConfig& group, const LineConfig& config) {
   std::vector<trajectory::NamedAxis> axes;
   for (const auto axis : group.axes)
-    axes.push_back({config.axes[axis].name, &ecat_master::position_unit(config.axes[axis])});
+    axes.push_back({config.axes[axis].name, &motion::position_unit(config.axes[axis])});
   return axes;
 }
 

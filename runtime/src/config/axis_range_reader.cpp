@@ -18,7 +18,7 @@ double read_position(TomlReader& reader, std::string_view key, const trajectory:
   return unit.to_si(reader.number(key, unit.from_si(-kFarthest), unit.from_si(kFarthest)));
 }
 
-void read_modulo(TomlReader& reader, ecat_master::AxisConfig& axis) {
+void read_modulo(TomlReader& reader, motion::AxisConfig& axis) {
   constexpr double kLeast = 1e-6;  // rad or m
   constexpr double kRoundingIncrements = 1e-3;
   if (!reader.has("modulo")) return;
@@ -28,7 +28,7 @@ void read_modulo(TomlReader& reader, ecat_master::AxisConfig& axis) {
     reader.fail("modulo",
                 "needs increments_per_revolution: the modulo is written to the drive before its increments are read");
   }
-  const auto& unit = ecat_master::position_unit(axis);
+  const auto& unit = motion::position_unit(axis);
   const double modulo = unit.to_si(reader.number("modulo", unit.from_si(kLeast), unit.from_si(kFarthest)));
   const double increments = modulo * axis.increments_per_unit;
   const double whole = std::round(increments);
@@ -48,13 +48,13 @@ void read_modulo(TomlReader& reader, ecat_master::AxisConfig& axis) {
 
 }  // namespace
 
-void read_software_limits(TomlReader& reader, ecat_master::AxisConfig& axis) {
+void read_software_limits(TomlReader& reader, motion::AxisConfig& axis) {
   const bool lowest = reader.has("min_position");
   const bool highest = reader.has("max_position");
   if (!lowest && !highest) return;
   if (!lowest) reader.fail("max_position", "is set without min_position: both are expected");
   if (!highest) reader.fail("min_position", "is set without max_position: both are expected");
-  const auto& unit = ecat_master::position_unit(axis);
+  const auto& unit = motion::position_unit(axis);
   const trajectory::PositionRange range{read_position(reader, "min_position", unit),
                                         read_position(reader, "max_position", unit)};
   if (!(range.min < range.max)) {
@@ -64,7 +64,7 @@ void read_software_limits(TomlReader& reader, ecat_master::AxisConfig& axis) {
   axis.software_limits = range;
 }
 
-void read_axis_range(TomlReader& reader, ecat_master::AxisConfig& axis) {
+void read_axis_range(TomlReader& reader, motion::AxisConfig& axis) {
   read_software_limits(reader, axis);
   read_modulo(reader, axis);
 }
@@ -77,7 +77,7 @@ void check_moduli(const TomlReader& root, const LineConfig& config) {
     const std::chrono::duration<double> exchange = config.period * exchange_divider(config, config.slaves[axis.slave]);
     const double way = axis.limits.max_velocity * exchange.count();
     if (way < kShare * modulo) continue;
-    const auto& unit = ecat_master::position_unit(axis);
+    const auto& unit = motion::position_unit(axis);
     root.fail("axis", fmt::format("\"{}\" moves {:.6g} {} between two exchanges at its max_velocity, and less "
                                   "than a quarter of its modulo of {:.6g} {} is expected",
                                   axis.name, unit.from_si(way), unit.name, unit.from_si(modulo), unit.name));

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "driveline/ecat_master/axis/axis_compensation.hpp"
+#include "driveline/motion/axis/axis_compensation.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -19,7 +19,7 @@ constexpr double kMaxTakeUp = 0.5;
 constexpr double kLeastLeft = 0.5;
 
 std::optional<trajectory::CorrectionTable> read_correction(TomlReader& reader, const std::filesystem::path& directory,
-                                                           const ecat_master::AxisConfig& axis) {
+                                                           const motion::AxisConfig& axis) {
   if (!reader.has("compensation")) return std::nullopt;
   auto table = trajectory::load_correction_table(directory / reader.text("compensation"));
   if (!table) reader.fail("compensation", table.error().message());
@@ -30,23 +30,23 @@ std::optional<trajectory::CorrectionTable> read_correction(TomlReader& reader, c
   return std::move(*table);
 }
 
-double read_backlash(TomlReader& reader, const ecat_master::AxisConfig& axis) {
+double read_backlash(TomlReader& reader, const motion::AxisConfig& axis) {
   constexpr double kMaxBacklash = 1.0;  // rad or m
-  const auto& unit = ecat_master::position_unit(axis);
+  const auto& unit = motion::position_unit(axis);
   return unit.to_si(reader.number_or("backlash", 0.0, 0.0, unit.from_si(kMaxBacklash)));
 }
 
 /// Reads a limit of the backlash take-up: at most the share of `limit` that leaves enough for motions.
-double read_take_up(TomlReader& reader, std::string_view key, const ecat_master::AxisConfig& axis, double limit) {
+double read_take_up(TomlReader& reader, std::string_view key, const motion::AxisConfig& axis, double limit) {
   constexpr double kLeast = 1e-9;
-  const auto& unit = ecat_master::position_unit(axis);
+  const auto& unit = motion::position_unit(axis);
   return unit.to_si(
       reader.number_or(key, unit.from_si(kTakeUpShare * limit), kLeast, unit.from_si(kMaxTakeUp * limit)));
 }
 
 }  // namespace
 
-void read_compensation(TomlReader& reader, const std::filesystem::path& directory, ecat_master::AxisConfig& axis) {
+void read_compensation(TomlReader& reader, const std::filesystem::path& directory, motion::AxisConfig& axis) {
   const bool wanted = reader.has("compensation") || reader.has("backlash");
   if (!wanted) {
     for (const std::string_view key : {"backlash_velocity", "backlash_acceleration", "compensate"}) {
@@ -57,21 +57,21 @@ void read_compensation(TomlReader& reader, const std::filesystem::path& director
   const auto table = read_correction(reader, directory, axis);
   auto correction = trajectory::PositionCorrection::make(table, read_backlash(reader, axis), axis.modulo);
   if (!correction) reader.fail("compensation", correction.error().message());
-  ecat_master::CompensationSettings settings{std::move(*correction)};
+  motion::CompensationSettings settings{std::move(*correction)};
   settings.take_up_velocity = read_take_up(reader, "backlash_velocity", axis, axis.limits.max_velocity);
   settings.take_up_acceleration = read_take_up(reader, "backlash_acceleration", axis, axis.limits.max_acceleration);
   settings.when_homed = reader.choice_or("compensate", 0, {"always", "homed"}) == 1;
-  const auto left = ecat_master::limits_of_motion(axis.limits, settings);
+  const auto left = motion::limits_of_motion(axis.limits, settings);
   const double least = kLeastLeft * (axis.limits.max_acceleration - settings.take_up_acceleration);
   if (!(left.max_acceleration >= least)) {
-    const auto& unit = ecat_master::position_unit(axis);
+    const auto& unit = motion::position_unit(axis);
     reader.fail("compensation", fmt::format("is so curved that at max_velocity it needs {:.6g} of the {:.6g} {}/s^2 of "
                                             "max_acceleration: a lower max_velocity or a smoother table is expected",
                                             unit.from_si(axis.limits.max_acceleration - left.max_acceleration),
                                             unit.from_si(axis.limits.max_acceleration), unit.name));
   }
   axis.limits = left;
-  axis.compensation = std::make_shared<const ecat_master::CompensationSettings>(std::move(settings));
+  axis.compensation = std::make_shared<const motion::CompensationSettings>(std::move(settings));
 }
 
 void check_compensations(const TomlReader& root, const LineConfig& config) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "driveline/ecat_master/axis/axis_compensation.hpp"
+#include "driveline/motion/axis/axis_compensation.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -36,7 +36,7 @@ std::size_t read_axis_of_pair(TomlReader& reader, std::string_view key, const Li
 }
 
 /// Checks that both axes can move as a pair.
-void check_pair(const TomlReader& reader, const LineConfig& config, const ecat_master::GantrySettings& gantry) {
+void check_pair(const TomlReader& reader, const LineConfig& config, const motion::GantrySettings& gantry) {
   const auto& leader = config.axes[gantry.leader];
   const auto& follower = config.axes[gantry.follower];
   if (gantry.leader == gantry.follower)
@@ -71,7 +71,7 @@ void check_pair(const TomlReader& reader, const LineConfig& config, const ecat_m
 }
 
 /// Gives both axes limits with which they stop alike, with a reserve for squaring the follower.
-void share_limits(LineConfig& config, const ecat_master::GantrySettings& gantry) {
+void share_limits(LineConfig& config, const motion::GantrySettings& gantry) {
   auto& leader = config.axes[gantry.leader];
   auto& follower = config.axes[gantry.follower];
   auto both = leader.limits;
@@ -87,14 +87,14 @@ void share_limits(LineConfig& config, const ecat_master::GantrySettings& gantry)
 }  // namespace
 
 void read_gantry(TomlReader reader, LineConfig& config) {
-  ecat_master::GantrySettings gantry;
+  motion::GantrySettings gantry;
   if (config.path) reader.fail("", "needs axes that wait for requests: remove [path], which moves all axes");
   gantry.leader = read_axis_of_pair(reader, "leader", config);
   gantry.follower = read_axis_of_pair(reader, "follower", config);
   check_pair(reader, config, gantry);
   const auto& leader = config.axes[gantry.leader];
   const auto& follower = config.axes[gantry.follower];
-  const auto& unit = ecat_master::position_unit(leader);
+  const auto& unit = motion::position_unit(leader);
   const auto in_unit = [&](std::string_view key, double fallback, double lowest, double highest) {
     return unit.to_si(reader.number_or(key, unit.from_si(fallback), lowest, unit.from_si(highest)));
   };

@@ -23,10 +23,10 @@
 #include "config/telemetry_reader.hpp"
 #include "config/virtual_axis_reader.hpp"
 #include "config/wiring_config.hpp"
-#include "driveline/ecat_master/axis/axis_objects.hpp"
-#include "driveline/ecat_master/cia402/cyclic_mode.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
+#include "driveline/motion/axis/axis_objects.hpp"
+#include "driveline/motion/cia402/cyclic_mode.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/runtime/config/persona_text.hpp"
 #include "driveline/runtime/files/input_file.hpp"
@@ -142,14 +142,14 @@ void read_realtime(TomlReader reader, LineConfig& config) {
 }
 
 /// Returns the names of `axes`, in their order.
-std::vector<std::string_view> names_of(const std::vector<ecat_master::AxisConfig>& axes) {
+std::vector<std::string_view> names_of(const std::vector<motion::AxisConfig>& axes) {
   std::vector<std::string_view> names;
   for (const auto& axis : axes) names.push_back(axis.name);
   return names;
 }
 
 /// Reads the name of an axis, which must be valid as the name of a path column, too.
-std::string read_axis_name(TomlReader& reader, const std::vector<ecat_master::AxisConfig>& others) {
+std::string read_axis_name(TomlReader& reader, const std::vector<motion::AxisConfig>& others) {
   auto name = reader.text("name");
   if (const auto checked = trajectory::check_axis_name(name, names_of(others)); !checked) {
     reader.fail("name", describe(checked.error()));
@@ -263,8 +263,8 @@ void read_simulation(TomlReader& root, LineConfig& config) {
 }
 
 /// In CST the axis moves only by torque from velocity errors: without a gain it would never move.
-void read_velocity_gain(TomlReader& reader, ecat_master::AxisConfig& axis) {
-  const bool needed = axis.mode == ecat_master::cia402::Mode::kCyclicTorque;
+void read_velocity_gain(TomlReader& reader, motion::AxisConfig& axis) {
+  const bool needed = axis.mode == motion::cia402::Mode::kCyclicTorque;
   const bool given = reader.has("velocity_gain");
   if (given) axis.velocity_gain = reader.number("velocity_gain", 0.0, 1e6);
   if (!needed || axis.velocity_gain > 0.0) return;
@@ -286,15 +286,15 @@ void complete_velocity_gains(LineConfig& config) {
 }
 
 /// Checks only PDOs with entries: the entries of others are known only once the slave has been found.
-void check_objects(const TomlReader& reader, const SlaveConfig& slave, const ecat_master::AxisConfig& axis) {
+void check_objects(const TomlReader& reader, const SlaveConfig& slave, const motion::AxisConfig& axis) {
   if (!slave.plan.pdos) return;
   for (const auto* direction : {&slave.plan.pdos->outputs, &slave.plan.pdos->inputs}) {
     if (std::any_of(direction->begin(), direction->end(), [](const auto& pdo) { return pdo.objects.empty(); })) return;
   }
-  const auto missing = ecat_master::missing_objects(axis.mode, *slave.plan.pdos, axis.feed_forward.any());
+  const auto missing = motion::missing_objects(axis.mode, *slave.plan.pdos, axis.feed_forward.any());
   if (missing.empty()) return;
   reader.fail("slave", fmt::format("the [[slave.pdo]] of \"{}\" are not enough: {}", slave.name,
-                                   ecat_master::describe_missing(axis.mode, missing, *slave.plan.pdos)));
+                                   motion::describe_missing(axis.mode, missing, *slave.plan.pdos)));
 }
 
 /// Returns the unit of the axis; null: the file gives none.
@@ -313,14 +313,14 @@ const trajectory::PositionUnit* read_unit(TomlReader& reader, trajectory::AxisKi
 
 /// Reads a position, velocity or acceleration in the unit of the axis, or in rad or m if it has none. The limits are in
 /// rad or m. Without the key the value stays unchanged.
-void read_in_unit(TomlReader& reader, std::string_view key, const ecat_master::AxisConfig& axis, double minimum,
+void read_in_unit(TomlReader& reader, std::string_view key, const motion::AxisConfig& axis, double minimum,
                   double maximum, double& value) {
   if (!reader.has(key)) return;
-  const auto& unit = ecat_master::position_unit(axis);
+  const auto& unit = motion::position_unit(axis);
   value = unit.to_si(reader.number(key, unit.from_si(minimum), unit.from_si(maximum)));
 }
 
-void read_following_error(TomlReader& reader, ecat_master::AxisConfig& axis) {
+void read_following_error(TomlReader& reader, motion::AxisConfig& axis) {
   constexpr std::int64_t kLongestMs = 60'000;
   if (!reader.has("following_error_window")) {
     if (reader.has("following_error_timeout_ms"))
@@ -334,7 +334,7 @@ void read_following_error(TomlReader& reader, ecat_master::AxisConfig& axis) {
 }
 
 /// Reads friction and weight of an axis.
-void read_feed_forward(TomlReader& reader, ecat_master::AxisConfig& axis) {
+void read_feed_forward(TomlReader& reader, motion::AxisConfig& axis) {
   constexpr double kMaxLoadValue = 1e6;
   // An axis slower than this share of its highest velocity counts as being at standstill.
   constexpr double kStandstill = 1e-3;
@@ -353,18 +353,18 @@ void read_feed_forward(TomlReader& reader, ecat_master::AxisConfig& axis) {
 /// Checks that friction and weight can reach the drive: as torque offsets, except in CST, where the target includes
 /// them.
 void check_feed_forward(const TomlReader& reader, const LineConfig& config, const SlaveConfig& slave,
-                        const ecat_master::AxisConfig& axis) {
-  if (!axis.feed_forward.any() || axis.mode == ecat_master::cia402::Mode::kCyclicTorque) return;
+                        const motion::AxisConfig& axis) {
+  if (!axis.feed_forward.any() || axis.mode == motion::cia402::Mode::kCyclicTorque) return;
   const auto why = drive_rules(config, slave).why_no_torque_offset();
   if (!why.empty())
     reader.fail("", fmt::format("feed-forward of friction or gravity has no effect: \"{}\" {}", slave.name, why));
 }
 
-ecat_master::AxisConfig read_axis(TomlReader reader, const std::filesystem::path& directory, const LineConfig& config,
-                                  std::optional<ecat_master::cia402::Mode> mode) {
+motion::AxisConfig read_axis(TomlReader reader, const std::filesystem::path& directory, const LineConfig& config,
+                             std::optional<motion::cia402::Mode> mode) {
   const auto& slaves = config.slaves;
   const auto& others = config.axes;
-  ecat_master::AxisConfig axis;
+  motion::AxisConfig axis;
   axis.name = read_axis_name(reader, others);
   const auto slave_name = reader.text_or("slave", axis.name);
   const auto slave =
@@ -377,8 +377,8 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const std::filesystem::path
   if (std::any_of(others.begin(), others.end(), [&](const auto& other) { return other.slave == axis.slave; })) {
     reader.fail("slave", fmt::format("\"{}\" already belongs to another axis", slave_name));
   }
-  const auto chosen = reader.choice_or("mode", 0, ecat_master::cia402::cyclic_mode_names());
-  axis.mode = mode.value_or(ecat_master::cia402::kCyclicModes.at(chosen));
+  const auto chosen = reader.choice_or("mode", 0, motion::cia402::cyclic_mode_names());
+  axis.mode = mode.value_or(motion::cia402::kCyclicModes.at(chosen));
   const auto defaults = drive_rules(config, *slave).axis_defaults();
   const double increments = reader.number_or("increments_per_revolution", defaults.increments_per_revolution, 1.0,
                                              kMaxIncrementsPerRevolution);
@@ -429,7 +429,7 @@ void read_path(TomlReader reader, const std::filesystem::path& directory, LineCo
   path.repeat = reader.boolean_or("repeat", false);
   path.relative = reader.boolean_or("relative", false);
   path.compensate_dead_time = reader.choice_or("dead_time", 0, {"none", "compensated"}) == 1;
-  constexpr ecat_master::LatePolicy kPolicies[] = {ecat_master::LatePolicy::kStay, ecat_master::LatePolicy::kCatchUp};
+  constexpr motion::LatePolicy kPolicies[] = {motion::LatePolicy::kStay, motion::LatePolicy::kCatchUp};
   path.late = kPolicies[reader.choice_or("late", 0, {"stay", "catch_up"})];
   reader.finish();
   config.path = path;
@@ -443,7 +443,7 @@ void read_output(TomlReader reader, LineConfig& config) {
 }
 
 void read_recovery(TomlReader reader, RecoveryConfig& recovery) {
-  using ecat_master::LossPolicy;
+  using motion::LossPolicy;
   constexpr LossPolicy kPolicies[] = {LossPolicy::kStop, LossPolicy::kHold, LossPolicy::kContinue};
   constexpr std::int64_t kLongestWait = 86'400;
   recovery.axes = kPolicies[reader.choice_or("axes", 0, {"stop", "hold", "continue"})];
@@ -462,7 +462,7 @@ void check_table_counts(const TomlReader& root, const toml::table& table) {
 }
 
 LineConfig read_config(const toml::table& table, const std::filesystem::path& file, const DeviceRegistry& devices,
-                       std::optional<ecat_master::cia402::Mode> mode) {
+                       std::optional<motion::cia402::Mode> mode) {
   auto root = read_toml_table(table, file.string());
   check_table_counts(root, table);
   LineConfig config;
@@ -532,7 +532,7 @@ const DriveRules& drive_rules(const LineConfig& config, const SlaveConfig& slave
 }
 
 Result<LineConfig> parse_line_config(std::string_view text, const std::filesystem::path& name,
-                                     const DeviceRegistry& devices, std::optional<ecat_master::cia402::Mode> mode) {
+                                     const DeviceRegistry& devices, std::optional<motion::cia402::Mode> mode) {
   if (text.size() > kMaxDescriptionBytes) {
     return fail_file(name,
                      fmt::format("is larger than {} MiB, the limit of a line description", kMaxDescriptionBytes >> 20));
@@ -552,7 +552,7 @@ Result<LineConfig> parse_line_config(std::string_view text, const std::filesyste
 }
 
 Result<LineConfig> load_line_config(const std::filesystem::path& file, const DeviceRegistry& devices,
-                                    std::optional<ecat_master::cia402::Mode> mode) {
+                                    std::optional<motion::cia402::Mode> mode) {
   const auto text = read_input_file(file);
   if (!text) return tl::unexpected(text.error());
   return parse_line_config(*text, file, devices, mode);

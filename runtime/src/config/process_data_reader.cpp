@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "driveline/ecat_master/axis/startup_sdos.hpp"
+#include "driveline/motion/axis/startup_sdos.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -62,7 +62,7 @@ void read_zeroing(TomlReader& reader, const LineConfig& config, const Membership
 /// Checks that object 60C2h can represent the time between two exchanges, over which drives interpolate.
 void check_interpolation(const TomlReader& reader, std::string_view key, const LineConfig& config, std::size_t slave,
                          std::uint32_t divider) {
-  if (!has_axis(config, slave) || ecat_master::to_interpolation_period(config.period * divider)) return;
+  if (!has_axis(config, slave) || motion::to_interpolation_period(config.period * divider)) return;
   reader.fail(key, fmt::format("\"{}\" would be exchanged every {} us: object 60C2h of a drive holds 1 to 255 times a "
                                "power of ten",
                                config.slaves[slave].name, (config.period * divider).count() / 1000));

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "driveline/ecat_master/axis/startup_sdos.hpp"
+#include "driveline/motion/axis/startup_sdos.hpp"
 #include "driveline/runtime/config/typed_value.hpp"
 
 namespace driveline::runtime {
@@ -89,8 +89,8 @@ ecat_master::StateTimeouts read_timeouts(TomlReader reader, ecat_master::Mailbox
   return timeouts;
 }
 
-ecat_master::WriteNeed read_need(TomlReader& reader, std::string_view key) {
-  using ecat_master::WriteNeed;
+motion::WriteNeed read_need(TomlReader& reader, std::string_view key) {
+  using motion::WriteNeed;
   constexpr std::array kNeeds{WriteNeed::kMandatory, WriteNeed::kOptional, WriteNeed::kOmitted};
   return kNeeds.at(reader.choice_or(key, 1, {"mandatory", "optional", "omit"}));
 }
@@ -106,15 +106,15 @@ void read_startup(TomlReader reader, SlavePlanConfig& config) {
   reader.finish();
 }
 
-ecat_master::StartupSdo read_sdo(TomlReader reader) {
-  ecat_master::StartupSdo sdo;
+motion::StartupSdo read_sdo(TomlReader reader) {
+  motion::StartupSdo sdo;
   sdo.index = static_cast<std::uint16_t>(reader.integer("index", 0x1000, 0xFFFF));
   sdo.subindex = static_cast<std::uint8_t>(reader.integer_or("subindex", 0, 0, 255));
   sdo.complete = reader.boolean_or("complete", false);
   if (sdo.complete && sdo.subindex > 1) reader.fail("subindex", "must be 0 or 1 with complete access");
   const bool before_op = reader.choice_or("before", 0, {"safeop", "op"}) == 1;
-  sdo.before = before_op ? wire::AlState::kOp : wire::AlState::kSafeOp;
-  if (reader.boolean_or("optional", false)) sdo.need = ecat_master::WriteNeed::kOptional;
+  sdo.in = before_op ? motion::StartupState::kSafeOperational : motion::StartupState::kPreOperational;
+  if (reader.boolean_or("optional", false)) sdo.need = motion::WriteNeed::kOptional;
   const auto type = parse_type(reader.text_or("type", ""));
   if (!type) reader.fail("type", type.error().reason);
   const auto text =
@@ -127,7 +127,7 @@ ecat_master::StartupSdo read_sdo(TomlReader reader) {
 }
 
 /// Parses "0x6040:0:16": index, sub-index, bits.
-ecat_master::MappedObject parse_entry(const TomlReader& reader, std::string_view text) {
+motion::MappedObject parse_entry(const TomlReader& reader, std::string_view text) {
   const auto first = text.find(':');
   const auto second = first == std::string_view::npos ? first : text.find(':', first + 1);
   if (second != std::string_view::npos) {
@@ -142,8 +142,8 @@ ecat_master::MappedObject parse_entry(const TomlReader& reader, std::string_view
   reader.fail("entries", fmt::format("\"{}\" is not \"index:sub-index:bits\", e.g. \"0x6040:0:16\"", text));
 }
 
-void read_pdo(TomlReader reader, ecat_master::PdoConfiguration& configuration) {
-  ecat_master::PdoMapping pdo;
+void read_pdo(TomlReader reader, motion::PdoConfiguration& configuration) {
+  motion::PdoMapping pdo;
   pdo.index = static_cast<std::uint16_t>(reader.integer("index", 0x1600, 0x1BFF));
   const bool input_range = pdo.index >= 0x1A00;
   const bool input = reader.choice_or("direction", input_range ? 1 : 0, {"out", "in"}) == 1;
@@ -213,7 +213,7 @@ void SlavePlanConfig::apply(ecat_master::SlavePlan& plan) const {
   plan.needs = needs;
   plan.safe_op_retries = safe_op_retries;
   for (auto& sdo : plan.startup_sdos) {
-    if (sdo.index == ecat_master::kInterpolationTime) sdo.need = interpolation_time;
+    if (sdo.index == motion::kInterpolationTime) sdo.need = interpolation_time;
   }
   plan.startup_sdos.insert(plan.startup_sdos.end(), sdos.begin(), sdos.end());
   if (pdos) plan.pdos = *pdos;

@@ -48,8 +48,7 @@ gid_t group_of(const TomlReader& reader, const std::string& name) {
   return found->gr_gid;
 }
 
-std::size_t axis_of(const TomlReader& reader, const std::string& name,
-                    const std::vector<ecat_master::AxisConfig>& axes) {
+std::size_t axis_of(const TomlReader& reader, const std::string& name, const std::vector<motion::AxisConfig>& axes) {
   const auto found = std::find_if(axes.begin(), axes.end(), [&](const auto& axis) { return axis.name == name; });
   if (found == axes.end()) reader.fail("axes", fmt::format("there is no [[axis]] named \"{}\"", name));
   return static_cast<std::size_t>(found - axes.begin());
@@ -57,7 +56,7 @@ std::size_t axis_of(const TomlReader& reader, const std::string& name,
 
 }  // namespace
 
-std::optional<StreamConfig> read_stream(TomlReader reader, const std::vector<ecat_master::AxisConfig>& axes) {
+std::optional<StreamConfig> read_stream(TomlReader reader, const std::vector<motion::AxisConfig>& axes) {
   using Method = trajectory::StreamMethod;
   StreamConfig stream;
   const bool enabled = reader.boolean_or("enabled", true);

@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/esi/device_description.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -77,10 +77,10 @@ std::int64_t sign_extend(std::uint64_t value, std::size_t bytes) {
 std::string utf8_from_utf16(std::span<const std::byte> data) {
   std::string text;
   for (std::size_t i = 0; i + 1 < data.size(); i += 2) {
-    std::uint32_t code = wire::load_le<std::uint16_t>(data.subspan(i, 2));
+    std::uint32_t code = bytes::load_le<std::uint16_t>(data.subspan(i, 2));
     if (code == 0) break;
     const bool pair = code >= 0xD800 && code < 0xDC00 && i + 3 < data.size();
-    const std::uint32_t low = pair ? wire::load_le<std::uint16_t>(data.subspan(i + 2, 2)) : 0;
+    const std::uint32_t low = pair ? bytes::load_le<std::uint16_t>(data.subspan(i + 2, 2)) : 0;
     if (pair && low >= 0xDC00 && low < 0xE000) {
       code = 0x10000 + ((code - 0xD800) << 10) + (low - 0xDC00);
       i += 2;
@@ -195,9 +195,9 @@ Result<TypedValue> decode_value(std::span<const std::byte> data, ValueType type)
       return text.substr(0, text.find('\0'));
     }
     case ValueType::kFloat:
-      return std::bit_cast<float>(wire::load_le<std::uint32_t>(data));
+      return std::bit_cast<float>(bytes::load_le<std::uint32_t>(data));
     case ValueType::kDouble:
-      return std::bit_cast<double>(wire::load_le<std::uint64_t>(data));
+      return std::bit_cast<double>(bytes::load_le<std::uint64_t>(data));
     default:
       break;
   }

@@ -29,9 +29,9 @@ const trajectory::PositionUnit* read_virtual_unit(TomlReader& reader) {
   return unit;
 }
 
-ecat_master::AxisConfig read_virtual_axis(TomlReader reader, const std::vector<ecat_master::AxisConfig>& others) {
-  ecat_master::AxisConfig axis;
-  axis.slave = ecat_master::AxisConfig::kNoSlave;
+motion::AxisConfig read_virtual_axis(TomlReader reader, const std::vector<motion::AxisConfig>& others) {
+  motion::AxisConfig axis;
+  axis.slave = motion::AxisConfig::kNoSlave;
   axis.name = reader.text("name");
   std::vector<std::string_view> names;
   for (const auto& other : others) names.push_back(other.name);

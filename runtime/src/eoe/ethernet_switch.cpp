@@ -49,7 +49,7 @@ void EthernetSwitch::set_link(std::size_t port, bool up) {
 
 bool EthernetSwitch::acceptable(std::span<const std::byte> frame) const noexcept {
   if (frame.size() < wire::EthernetHeader::kSize) return false;
-  const bool tagged = wire::load_be16(frame.subspan(2 * sizeof(MacAddress), 2)) == kVlanType;
+  const bool tagged = bytes::load_be16(frame.subspan(2 * sizeof(MacAddress), 2)) == kVlanType;
   if (frame.size() > wire::EthernetHeader::kSize + settings_.mtu + (tagged ? kVlanTag : 0)) return false;
   return !is_group(mac_at(frame, 6)) && !is_link_local(mac_at(frame, 0));
 }

@@ -3,18 +3,18 @@
 
 #include <cstdint>
 
-#include "driveline/ecat_master/cia402/cia402.hpp"
-#include "driveline/ecat_master/cia402/error_code.hpp"
+#include "driveline/motion/cia402/cia402.hpp"
+#include "driveline/motion/cia402/error_code.hpp"
 #include "driveline/trajectory/profile_error.hpp"
 #include "event/event_sentence.hpp"
 
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::AxisCommand;
-using ecat_master::AxisError;
-using ecat_master::AxisRequest;
-using ecat_master::BufferMode;
+using motion::AxisCommand;
+using motion::AxisError;
+using motion::AxisRequest;
+using motion::BufferMode;
 using Why = AxisRefusal::Why;
 
 std::string length(const events::EventAxis& axis, double value, std::string_view per = "") {
@@ -25,8 +25,8 @@ std::string_view torque_unit(const events::EventAxis& axis) {
   return axis.unit.kind == trajectory::AxisKind::kLinear ? "N" : "Nm";
 }
 
-std::string_view trigger_text(ecat_master::ProbeTrigger trigger) {
-  using ecat_master::ProbeTrigger;
+std::string_view trigger_text(motion::ProbeTrigger trigger) {
+  using motion::ProbeTrigger;
   switch (trigger) {
     case ProbeTrigger::kFirstRising:
       return "1, rising edge";
@@ -74,7 +74,7 @@ std::string target_text(const events::EventAxis& axis, const AxisRequest& reques
     case AxisCommand::kSetOverride:
       return fmt::format(" {:.4g} %", 100.0 * request.target_si);
     case AxisCommand::kSetMode:
-      return fmt::format(" {}", to_text(static_cast<ecat_master::cia402::Mode>(request.mode)));
+      return fmt::format(" {}", to_text(static_cast<motion::cia402::Mode>(request.mode)));
     case AxisCommand::kReset:
     case AxisCommand::kHome:
     case AxisCommand::kStop:
@@ -112,8 +112,8 @@ std::string remedy(const events::EventAxis& axis, AxisError error) {
 }
 
 std::string error_text(const events::EventAxis& axis, AxisError error, std::uint16_t code) {
-  auto text = std::string(ecat_master::to_text(error));
-  if (code != 0) text += fmt::format(" ({})", ecat_master::cia402::error_text(code));
+  auto text = std::string(motion::to_text(error));
+  if (code != 0) text += fmt::format(" ({})", motion::cia402::error_text(code));
   return text.append(remedy(axis, error));
 }
 
@@ -188,14 +188,14 @@ std::string reason_of(const events::EventAxis& axis, const AxisRefusal& refusal)
 }  // namespace
 
 std::string describe(const events::EventAxis& axis, const AxisRequest& request) {
-  auto text = fmt::format("{}{}", ecat_master::to_text(request.command), target_text(axis, request));
+  auto text = fmt::format("{}{}", motion::to_text(request.command), target_text(axis, request));
   const auto add = [&](std::string_view name, double value, std::string_view per) {
     if (value != 0.0) text += fmt::format(", {} {}", name, length(axis, value, per));
   };
-  if (request.direction == ecat_master::MoveDirection::kShortest)
+  if (request.direction == motion::MoveDirection::kShortest)
     text += ", the shortest way";
-  else if (request.direction != ecat_master::MoveDirection::kNone)
-    text += fmt::format(", in {} direction", ecat_master::to_text(request.direction));
+  else if (request.direction != motion::MoveDirection::kNone)
+    text += fmt::format(", in {} direction", motion::to_text(request.direction));
   add("velocity", request.velocity_si, "/s");
   if (request.command != AxisCommand::kTorque) {
     add("acceleration", request.acceleration_si, "/s^2");
@@ -204,7 +204,7 @@ std::string describe(const events::EventAxis& axis, const AxisRequest& request) 
   }
   add("deceleration", request.deceleration_si, "/s^2");
   add("jerk", request.jerk_si, "/s^3");
-  if (request.buffer != BufferMode::kAborting) text += fmt::format(", {}", ecat_master::to_text(request.buffer));
+  if (request.buffer != BufferMode::kAborting) text += fmt::format(", {}", motion::to_text(request.buffer));
   return text;
 }
 

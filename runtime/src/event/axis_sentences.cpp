@@ -3,18 +3,18 @@
 
 #include <cmath>
 
-#include "driveline/ecat_master/cia402/cia402.hpp"
-#include "driveline/ecat_master/cia402/error_code.hpp"
+#include "driveline/motion/cia402/cia402.hpp"
+#include "driveline/motion/cia402/error_code.hpp"
 #include "event/event_sentence.hpp"
 
 namespace driveline::runtime {
 
-using ecat_master::AxisPresence;
-using ecat_master::LossPolicy;
-using Cause = ecat_master::MotionFailure::Cause;
+using motion::AxisPresence;
+using motion::LossPolicy;
+using Cause = motion::MotionFailure::Cause;
 
-events::EventAxis events::event_axis(const ecat_master::AxisConfig& axis) {
-  return {axis.name, ecat_master::position_unit(axis), axis.increments_per_unit, axis.software_limits, axis.modulo};
+events::EventAxis events::event_axis(const motion::AxisConfig& axis) {
+  return {axis.name, motion::position_unit(axis), axis.increments_per_unit, axis.software_limits, axis.modulo};
 }
 
 std::string EventSentence::length_text(const events::EventAxis& axis, double length) const {
@@ -45,14 +45,13 @@ std::string EventSentence::operator()(const events::AxesStopped& facts) const {
   switch (failure.cause) {
     case Cause::kAxisFault:
       return fmt::format("axis {}: fault {}, status word 0x{:04X}; all axes stopped{}", name,
-                         ecat_master::cia402::error_text(failure.error_code), failure.status_word,
-                         cause_text(facts.after));
+                         motion::cia402::error_text(failure.error_code), failure.status_word, cause_text(facts.after));
     case Cause::kAxisLost:
       return fmt::format("axis {}: no longer in operation, status word 0x{:04X}; all axes stopped", name,
                          failure.status_word);
     case Cause::kEnableTimeout:
       return fmt::format("axis {}: did not reach Operation enabled, status word 0x{:04X}, error code {}", name,
-                         failure.status_word, ecat_master::cia402::error_text(failure.error_code));
+                         failure.status_word, motion::cia402::error_text(failure.error_code));
     case Cause::kMasterAway:
       return fmt::format("the master was away for longer than {}; all axes stopped", max_lost_text(facts.limit));
     case Cause::kSetpoint:
@@ -117,7 +116,7 @@ std::string EventSentence::operator()(const events::AxesNotOff& facts) const {
 
 std::string EventSentence::operator()(const events::AxisNeverEnabled& facts) const {
   return fmt::format("axis {}: never was in Operation enabled, status word 0x{:04X} ({}) at the end", facts.axis,
-                     facts.status_word, ecat_master::cia402::to_text(facts.state));
+                     facts.status_word, motion::cia402::to_text(facts.state));
 }
 
 std::string EventSentence::operator()(const events::AxisOffItsSetpoint& facts) const {

@@ -125,7 +125,7 @@ class EventSentence {
 };
 
 /// Returns "; the master had been away for 54.0 ms at 0.850 s"; empty without an absence.
-[[nodiscard]] std::string cause_text(const std::optional<ecat_master::MasterAbsence>& absence);
+[[nodiscard]] std::string cause_text(const std::optional<motion::MasterAbsence>& absence);
 
 /// Returns "slave 3 (z)".
 [[nodiscard]] std::string slave_text(std::size_t slave, const std::string& name);

@@ -3,13 +3,13 @@
 
 #include <cmath>
 
-#include "driveline/ecat_master/cia402/error_code.hpp"
+#include "driveline/motion/cia402/error_code.hpp"
 #include "event/event_sentence.hpp"
 
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::GroupError;
+using motion::GroupError;
 using trajectory::PathMove;
 using Verb = ClientGroupRequest::Verb;
 using GroupWhy = GroupRefusal::Why;
@@ -45,7 +45,7 @@ std::string move_text(const events::EventGroup& group, const ClientGroupRequest&
   const auto& first = group.coordinates.front();
   if (path.feed > 0.0 && std::isfinite(path.feed)) text += fmt::format(", feed {}", in_unit(first, path.feed, "/s"));
   if (path.tolerance > 0.0) text += fmt::format(", tolerance {}", in_unit(first, path.tolerance));
-  if (move.buffer != ecat_master::GroupBuffer::kAborting) text += fmt::format(", {}", to_text(move.buffer));
+  if (move.buffer != motion::GroupBuffer::kAborting) text += fmt::format(", {}", to_text(move.buffer));
   return text;
 }
 
@@ -67,8 +67,8 @@ std::string remedy(const events::EventGroup& group, GroupError error) {
 std::string group_error_text(const events::EventGroup& group, const GroupRefusal& refusal) {
   auto text = std::string(to_text(refusal.error));
   if (refusal.axis) text = fmt::format("axis {}: {}", refusal.axis->name, text);
-  if (refusal.axis_error != ecat_master::AxisError::kNone) text += fmt::format(": {}", to_text(refusal.axis_error));
-  if (refusal.error_code != 0) text += fmt::format(" ({})", ecat_master::cia402::error_text(refusal.error_code));
+  if (refusal.axis_error != motion::AxisError::kNone) text += fmt::format(": {}", to_text(refusal.axis_error));
+  if (refusal.error_code != 0) text += fmt::format(" ({})", motion::cia402::error_text(refusal.error_code));
   return text.append(remedy(group, refusal.error));
 }
 

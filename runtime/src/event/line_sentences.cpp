@@ -1,7 +1,7 @@
 // Sentences of events of the line in operation.
 #include <fmt/format.h>
 
-#include "driveline/ecat_master/cia402/error_code.hpp"
+#include "driveline/motion/cia402/error_code.hpp"
 #include "event/event_sentence.hpp"
 
 namespace driveline::runtime {
@@ -12,7 +12,7 @@ std::string slave_text(std::size_t slave, const std::string& name) {
   return fmt::format("slave {} ({})", slave, name);
 }
 
-std::string cause_text(const std::optional<ecat_master::MasterAbsence>& absence) {
+std::string cause_text(const std::optional<motion::MasterAbsence>& absence) {
   if (!absence) return {};
   return fmt::format("; the master had been away for {:.1f} ms at {:.3f} s", Milliseconds(absence->duration).count(),
                      std::chrono::duration<double>(absence->since).count());
@@ -20,7 +20,7 @@ std::string cause_text(const std::optional<ecat_master::MasterAbsence>& absence)
 
 std::string EventSentence::operator()(const events::Progress& facts) const {
   const auto seconds = std::chrono::duration<double>(event_.time.value_or(std::chrono::nanoseconds{0})).count();
-  return fmt::format("{:6.1f} s  {}", seconds, facts.phase ? ecat_master::to_text(*facts.phase) : "exchanging");
+  return fmt::format("{:6.1f} s  {}", seconds, facts.phase ? motion::to_text(*facts.phase) : "exchanging");
 }
 
 std::string EventSentence::operator()(const events::StopRequested& /*facts*/) const {
@@ -45,7 +45,7 @@ std::string EventSentence::operator()(const events::SlaveNotBack& facts) const {
 std::string EventSentence::operator()(const events::Emergency& facts) const {
   const auto& message = facts.record.message;
   return fmt::format("{}: emergency {}, error register 0x{:02X}", slave_text(facts.record.slave, facts.name),
-                     ecat_master::cia402::error_text(message.error_code), message.error_register);
+                     motion::cia402::error_text(message.error_code), message.error_register);
 }
 
 std::string EventSentence::operator()(const events::SoeMessage& facts) const {
@@ -88,7 +88,7 @@ std::string EventSentence::operator()(const events::ExchangeGroupReleased& facts
 }
 
 std::string EventSentence::operator()(const events::MasterAway& facts) const {
-  return ecat_master::describe(facts.absence, {}, max_lost_text(facts.limit));
+  return motion::describe(facts.absence, {}, max_lost_text(facts.limit));
 }
 
 std::string EventSentence::operator()(const events::MasterAwayOften& facts) const {

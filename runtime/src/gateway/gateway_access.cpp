@@ -95,7 +95,7 @@ std::vector<std::byte> sdo_abort(ServiceBytes service) {
   auto header = wire::SdoHeader::decode(service.subspan(std::min(wire::CoeHeader::kSize, service.size())))
                     .value_or(wire::SdoHeader{});
   header.command = kAbort;
-  wire::store_le(std::span(header.data), static_cast<std::uint32_t>(wire::SdoAbort::kLocalControl));
+  bytes::store_le(std::span(header.data), static_cast<std::uint32_t>(wire::SdoAbort::kLocalControl));
   std::vector<std::byte> answer(wire::CoeHeader::kSize + wire::SdoHeader::kSize);
   const std::span out(answer);
   wire::CoeHeader{0, wire::CoeService::kSdoRequest}.encode(out.first<wire::CoeHeader::kSize>());
@@ -119,8 +119,8 @@ std::vector<std::byte> soe_error(ServiceBytes service) {
   std::vector<std::byte> answer(wire::SoeHeader::kSize + sizeof(std::uint16_t));
   const std::span out(answer);
   header.encode(out.first<wire::SoeHeader::kSize>());
-  wire::store_le(out.subspan<wire::SoeHeader::kSize, sizeof(std::uint16_t)>(),
-                 static_cast<std::uint16_t>(wire::SoeError::kValueProtected));
+  bytes::store_le(out.subspan<wire::SoeHeader::kSize, sizeof(std::uint16_t)>(),
+                  static_cast<std::uint16_t>(wire::SoeError::kValueProtected));
   return answer;
 }
 

@@ -23,11 +23,11 @@ Result<Written> find_bits(const LineConfig& config, const GroupOutputConfig& out
                           std::span<const ecat_master::ProcessDataCopy> copies) {
   const auto variable = find_free_output(config, output.to, output.to_place, variables, copies);
   if (!variable) return tl::unexpected(variable.error());
-  if (!output.bit && variable->bits > ecat_master::PdoBits::kMaxBits) {
-    return fail(ErrorKind::kSetting,
-                fmt::format("{} has {} bits, the limit is {}", variable->text(), variable->bits,
-                            ecat_master::PdoBits::kMaxBits),
-                output.to_place);
+  if (!output.bit && variable->bits > motion::PdoBits::kMaxBits) {
+    return fail(
+        ErrorKind::kSetting,
+        fmt::format("{} has {} bits, the limit is {}", variable->text(), variable->bits, motion::PdoBits::kMaxBits),
+        output.to_place);
   }
   if (output.bit && *output.bit >= variable->bits) {
     return fail(ErrorKind::kSetting,
@@ -75,7 +75,7 @@ void GroupOutputs::change(const trajectory::PathOutput& output) noexcept {
   values_[output.output] = static_cast<std::uint32_t>(static_cast<std::int64_t>(output.value));
 }
 
-void GroupOutputs::update(const ecat_master::TaskCycle& cycle) noexcept {
+void GroupOutputs::update(const motion::TaskCycle& cycle) noexcept {
   for (std::size_t i = 0; i < places_.size(); ++i) places_[i].set(cycle.outputs, values_[i]);
 }
 

@@ -7,12 +7,12 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::GroupBuffer;
-using ecat_master::GroupCommand;
-using ecat_master::GroupError;
-using ecat_master::GroupMove;
-using ecat_master::GroupState;
-using ecat_master::RequestPhase;
+using motion::GroupBuffer;
+using motion::GroupCommand;
+using motion::GroupError;
+using motion::GroupMove;
+using motion::GroupState;
+using motion::RequestPhase;
 using trajectory::PathMove;
 using Verb = ClientGroupRequest::Verb;
 using Why = GroupRefusal::Why;
@@ -129,7 +129,7 @@ GroupRequests::~GroupRequests() {
   axis_requests_.guard(nullptr);
 }
 
-void GroupRequests::open(ecat_master::AxisGroups& groups, ecat_master::SingleAxes& axes,
+void GroupRequests::open(motion::AxisGroups& groups, motion::SingleAxes& axes,
                          std::vector<std::vector<GroupOutputLimits>> outputs) {
   const std::lock_guard guard(lock_);
   outputs_ = std::move(outputs);
@@ -411,7 +411,7 @@ GroupRequests::Refused GroupRequests::take(const AxisCaller& caller, std::size_t
   return std::nullopt;
 }
 
-GroupRefusal GroupRequests::of_group(std::size_t group, const ecat_master::GroupRequestReport& report,
+GroupRefusal GroupRequests::of_group(std::size_t group, const motion::GroupRequestReport& report,
                                      std::uint64_t request) const {
   if (report.error == GroupError::kBadMove) return bad_move(running_->refusal(request));
   auto refusal = refuse(Why::kByGroup);
@@ -425,7 +425,7 @@ GroupRefusal GroupRequests::of_group(std::size_t group, const ecat_master::Group
   return state.failed_axis == report.axis ? refusal_of(state) : refusal;
 }
 
-GroupRefusal GroupRequests::refusal_of(const ecat_master::GroupReport& report) const {
+GroupRefusal GroupRequests::refusal_of(const motion::GroupReport& report) const {
   auto refusal = refuse(Why::kByGroup);
   refusal.error = report.error;
   if (report.failed_axis < axis_requests_.axes().size())
@@ -448,7 +448,7 @@ GroupProgress GroupRequests::progress_of(std::size_t group, std::uint64_t reques
     return over;
   }
   // Before the report: moves that have been planned have their refusals there.
-  const bool planned = running_->room(group) == ecat_master::AxisGroups::kMaxMoves;
+  const bool planned = running_->room(group) == motion::AxisGroups::kMaxMoves;
   GroupProgress progress{running_->report(request), {}, false};
   const auto phase = progress.report.phase;
   progress.accepted = phase == RequestPhase::kActive || phase == RequestPhase::kReached ||

@@ -37,8 +37,8 @@ double quickest_s(const TestMotion& motion) {
                   std::sqrt(kPeakAcceleration * distance / motion.acceleration));
 }
 
-Result<void> check(const TestMotion& motion, const ecat_master::AxisConfig& axis) {
-  const auto& unit = ecat_master::position_unit(axis);
+Result<void> check(const TestMotion& motion, const motion::AxisConfig& axis) {
+  const auto& unit = motion::position_unit(axis);
   const auto beyond = [&](std::string_view what, double asked, double limit, std::string_view per) -> Result<void> {
     if (asked > 0.0 && asked <= limit) return {};
     return fail(ErrorKind::kSetting,
@@ -66,7 +66,7 @@ Result<void> check(const TestMotion& motion, const ecat_master::AxisConfig& axis
 /// Adds points to a path; only the first refusal is reported, at the end.
 class Points {
  public:
-  explicit Points(const ecat_master::AxisConfig& axis) { keep(builder_.add_axis({axis.name, axis.kind, axis.unit})); }
+  explicit Points(const motion::AxisConfig& axis) { keep(builder_.add_axis({axis.name, axis.kind, axis.unit})); }
 
   void add(double after_s, double position) {
     time_s_ += after_s;
@@ -105,7 +105,7 @@ void add_way(Points& points, double from, double to, double seconds) {
 
 }  // namespace
 
-Result<trajectory::Interpolator> make_test_path(const TestMotion& motion, const ecat_master::AxisConfig& axis) {
+Result<trajectory::Interpolator> make_test_path(const TestMotion& motion, const motion::AxisConfig& axis) {
   if (auto done = check(motion, axis); !done) return tl::unexpected(done.error());
   Points points(axis);
   points.add(0.0, 0.0);

@@ -15,23 +15,23 @@ constexpr auto kExplains = std::chrono::milliseconds{300};
 }  // namespace
 
 AbsenceWatch::AbsenceWatch(Take take, nanoseconds begin) : take_(std::move(take)), begin_(begin) {
-  ecat_master::MasterAbsence before;
+  motion::MasterAbsence before;
   while (take_(before)) continue;
 }
 
-ecat_master::MasterAbsence AbsenceWatch::in_operation(ecat_master::MasterAbsence absence) const noexcept {
+motion::MasterAbsence AbsenceWatch::in_operation(motion::MasterAbsence absence) const noexcept {
   absence.since -= begin_;
   return absence;
 }
 
 AbsenceWatch::Findings AbsenceWatch::poll() {
   Findings findings;
-  ecat_master::MasterAbsence absence;
+  motion::MasterAbsence absence;
   while (take_(absence)) {
     const auto end = absence.since + absence.duration;
     const bool old = longest_recent_ && end - longest_recent_->since - longest_recent_->duration > kExplains;
     if (!longest_recent_ || old || absence.duration >= longest_recent_->duration) longest_recent_ = absence;
-    if (absence.effect == ecat_master::AbsenceEffect::kStopped) {
+    if (absence.effect == motion::AbsenceEffect::kStopped) {
       findings.stopped = in_operation(absence);
     } else if (reported_ < kReportedSingly || absence.duration > longest_) {
       ++reported_;
@@ -52,7 +52,7 @@ std::optional<events::MasterAwayOften> AbsenceWatch::rest(std::uint64_t dropped)
   return events::MasterAwayOften{unreported, unreported_time_, longest_unreported_};
 }
 
-std::optional<ecat_master::MasterAbsence> AbsenceWatch::cause_of(nanoseconds time) const {
+std::optional<motion::MasterAbsence> AbsenceWatch::cause_of(nanoseconds time) const {
   if (!longest_recent_ || time < longest_recent_->since) return std::nullopt;
   if (time - (longest_recent_->since + longest_recent_->duration) > kExplains) return std::nullopt;
   return in_operation(*longest_recent_);

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "driveline/ecat_master/cyclic/master_absence.hpp"
+#include "driveline/motion/control/master_absence.hpp"
 #include "driveline/runtime/event/operation_events.hpp"
 
 namespace driveline::runtime {
@@ -18,24 +18,24 @@ class AbsenceWatch {
   static constexpr std::size_t kReportedSingly = 20;
 
   /// Takes the oldest absence not taken yet; false: there is none.
-  using Take = std::function<bool(ecat_master::MasterAbsence&)>;
+  using Take = std::function<bool(motion::MasterAbsence&)>;
 
   /// `begin`: start of operation; earlier absences are discarded.
   AbsenceWatch(Take take, std::chrono::nanoseconds begin);
 
   /// New absences since the last poll.
   struct Findings {
-    std::vector<ecat_master::MasterAbsence> bridged;    ///< absences that the axes bridged
-    std::optional<ecat_master::MasterAbsence> stopped;  ///< the absence that stopped the axes; none: no absence did
+    std::vector<motion::MasterAbsence> bridged;    ///< absences that the axes bridged
+    std::optional<motion::MasterAbsence> stopped;  ///< the absence that stopped the axes; none: no absence did
   };
   [[nodiscard]] Findings poll();
   /// Returns the absences not reported individually, and `dropped` ones that could not be taken; none: there are none.
   [[nodiscard]] std::optional<events::MasterAwayOften> rest(std::uint64_t dropped) const;
   /// Returns the longest recent absence if one ended shortly before `time` (on the clock of the line); else none.
-  [[nodiscard]] std::optional<ecat_master::MasterAbsence> cause_of(std::chrono::nanoseconds time) const;
+  [[nodiscard]] std::optional<motion::MasterAbsence> cause_of(std::chrono::nanoseconds time) const;
 
  private:
-  [[nodiscard]] ecat_master::MasterAbsence in_operation(ecat_master::MasterAbsence absence) const noexcept;
+  [[nodiscard]] motion::MasterAbsence in_operation(motion::MasterAbsence absence) const noexcept;
 
   Take take_;
   std::chrono::nanoseconds begin_;
@@ -44,7 +44,7 @@ class AbsenceWatch {
   std::uint64_t unreported_ = 0;
   std::chrono::nanoseconds unreported_time_{0};
   std::chrono::nanoseconds longest_unreported_{0};
-  std::optional<ecat_master::MasterAbsence> longest_recent_;
+  std::optional<motion::MasterAbsence> longest_recent_;
 };
 
 }  // namespace driveline::runtime

@@ -14,11 +14,11 @@ constexpr std::chrono::milliseconds kUnsureTime{5};
 
 }  // namespace
 
-std::optional<EventFacts> axis_verdict(const ecat_master::AxisConfig& axis, const FollowingError& seen,
+std::optional<EventFacts> axis_verdict(const motion::AxisConfig& axis, const FollowingError& seen,
                                        std::chrono::nanoseconds period) {
   if (!seen.last || seen.last->state == snapshot::AxisState::kUnavailable) return std::nullopt;
   if (seen.samples == 0) return events::AxisNeverEnabled{axis.name, seen.last->status_word, seen.last->state};
-  const double allowed = ecat_master::position_tolerance(axis);
+  const double allowed = motion::position_tolerance(axis);
   if (seen.last->state != snapshot::AxisState::kOperationEnabled || !(allowed > 0.0)) return std::nullopt;
   const auto unsure = std::max<std::chrono::nanoseconds>(kUnsureTime, 2 * period);
   const double tolerance =

@@ -10,9 +10,9 @@
 namespace driveline::runtime {
 
 /// Checks an axis without a fault at the end of a run: events::AxisNeverEnabled, or events::AxisOffItsSetpoint if the
-/// axis ended farther from its setpoint than ecat_master::position_tolerance(). `period`: time between two exchanges of
+/// axis ended farther from its setpoint than motion::position_tolerance(). `period`: time between two exchanges of
 /// the axis. None: no complaint, or the axis was unavailable.
-[[nodiscard]] std::optional<EventFacts> axis_verdict(const ecat_master::AxisConfig& axis, const FollowingError& seen,
+[[nodiscard]] std::optional<EventFacts> axis_verdict(const motion::AxisConfig& axis, const FollowingError& seen,
                                                      std::chrono::nanoseconds period);
 
 }  // namespace driveline::runtime

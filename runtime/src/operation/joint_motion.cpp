@@ -6,12 +6,12 @@
 
 namespace driveline::runtime {
 
-using ecat_master::AxisPresence;
-using ecat_master::MotionFailure;
-using ecat_master::MotionPhase;
+using motion::AxisPresence;
+using motion::MotionFailure;
+using motion::MotionPhase;
 
-JointMotion::JointMotion(std::unique_ptr<ecat_master::Motion> motion, const LineConfig& config,
-                         AxisRequests& axis_requests, std::string owner)
+JointMotion::JointMotion(std::unique_ptr<motion::Motion> motion, const LineConfig& config, AxisRequests& axis_requests,
+                         std::string owner)
     : motion_(std::move(motion)),
       config_(config),
       axis_requests_(axis_requests),

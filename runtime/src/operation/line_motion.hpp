@@ -3,7 +3,7 @@
 #include <functional>
 #include <optional>
 
-#include "driveline/ecat_master/cyclic/motion_control.hpp"
+#include "driveline/motion/control/motion_control.hpp"
 #include "driveline/runtime/event/event.hpp"
 #include "driveline/runtime/event/operation_events.hpp"
 
@@ -19,7 +19,7 @@ class LineMotion {
   virtual ~LineMotion() = default;
 
   /// Returns the object that moves the axes in the cycle.
-  [[nodiscard]] virtual ecat_master::MotionControl& control() noexcept = 0;
+  [[nodiscard]] virtual motion::MotionControl& control() noexcept = 0;
   /// Called when the line is in operation; may enable the axes.
   virtual void start() = 0;
   /// Brings the axes to rest and switches them off.

@@ -36,7 +36,7 @@ constexpr std::size_t kMaxRingSamples = 1 << 17;
 std::vector<ecat_master::FlightRecorder::AxisLabel> axis_labels(const LineConfig& config) {
   std::vector<ecat_master::FlightRecorder::AxisLabel> labels;
   for (const auto& axis : config.axes) {
-    const auto& unit = ecat_master::position_unit(axis);
+    const auto& unit = motion::position_unit(axis);
     const bool si = unit.name == trajectory::si_unit(unit.kind);
     labels.push_back({axis.name, si ? nullptr : &unit, config.output.increments ? axis.increments_per_unit : 0.0});
   }
@@ -199,7 +199,7 @@ Result<void> LineRun::must_be_free() {
 }
 
 void LineRun::make_trace() {
-  trace_ = std::make_unique<ecat_master::CycleTrace>();
+  trace_ = std::make_unique<motion::CycleTrace>();
   if (session_.virtual_time()) return;
   if (!config_.realtime.cpu) {
     switches_unknown_ =
@@ -225,15 +225,15 @@ Result<void> LineRun::start_cycle() {
   settings.recorder = &fault_records_->recorder();
   if (settings_.trace) make_trace();
   settings.trace = trace_.get();
-  auto make_runner = [this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
-    if (session_.virtual_time()) return std::make_unique<ecat_master::InlineRunner>(core, session_.clock());
-    return std::make_unique<ecat_master::RealtimeRunner>(core, session_.clock(), config_.realtime, config_.wake_ahead,
-                                                         session_.launch_ahead());
+  auto make_runner = [this](ecat_master::CyclicCore& core) -> std::unique_ptr<motion::CycleRunner> {
+    if (session_.virtual_time()) return std::make_unique<motion::InlineRunner>(core, session_.clock());
+    return std::make_unique<motion::RealtimeRunner>(core, session_.clock(), config_.realtime, config_.wake_ahead,
+                                                    session_.launch_ahead());
   };
   auto started =
       master_.start_cycle(motion_ ? &motion_->control() : nullptr, {&line_ring_, &axis_ring_}, settings, make_runner);
   if (!started) return fail(ErrorKind::kMachine, started.error().message());
-  if (const auto* runner = dynamic_cast<ecat_master::RealtimeRunner*>(master_.runner())) {
+  if (const auto* runner = dynamic_cast<motion::RealtimeRunner*>(master_.runner())) {
     progress(events::RealtimeSetUp{runner->report()});
   }
   const auto operational = master_.go_operational();
@@ -352,7 +352,7 @@ EventFacts LineRun::with_link(const EventFacts& facts) const {
     return lost;
   }
   const auto* found = facts.as<events::AxesStopped>();
-  if (found == nullptr || found->failure.cause != ecat_master::MotionFailure::Cause::kCommunication) return facts;
+  if (found == nullptr || found->failure.cause != motion::MotionFailure::Cause::kCommunication) return facts;
   auto stopped = *found;
   stopped.link = session_.no_link();
   return stopped;

@@ -45,16 +45,16 @@ class LineRun {
  public:
   /// Parameters of the run; all pointees must outlive it.
   struct Settings {
-    std::optional<trajectory::Interpolator> path;   ///< path of the configured axes; none: exchange without motion
-    ecat_master::SetpointSource* source = nullptr;  ///< source of the setpoints; null: the path
-    AxisRequests* axis_requests = nullptr;          ///< never null
-    GroupRequests* groups = nullptr;                ///< never null
-    bool enable = true;                             ///< enables single axes at the start
-    LineTasks* tasks = nullptr;                     ///< never null
-    std::optional<double> duration_s;               ///< none: until the end of the path
-    bool force = false;                             ///< takes over a line that another master controls
-    bool telemetry = false;                         ///< publishes over DDS as [telemetry] says
-    bool trace = false;                             ///< fills RunReport::trace
+    std::optional<trajectory::Interpolator> path;  ///< path of the configured axes; none: exchange without motion
+    motion::SetpointSource* source = nullptr;      ///< source of the setpoints; null: the path
+    AxisRequests* axis_requests = nullptr;         ///< never null
+    GroupRequests* groups = nullptr;               ///< never null
+    bool enable = true;                            ///< enables single axes at the start
+    LineTasks* tasks = nullptr;                    ///< never null
+    std::optional<double> duration_s;              ///< none: until the end of the path
+    bool force = false;                            ///< takes over a line that another master controls
+    bool telemetry = false;                        ///< publishes over DDS as [telemetry] says
+    bool trace = false;                            ///< fills RunReport::trace
     std::vector<snapshot::SampleConsumer*> consumers{};
     Observer* observer = nullptr;             ///< never null
     const std::atomic<bool>* stop = nullptr;  ///< never null; set: end the run in an orderly way
@@ -92,8 +92,8 @@ class LineRun {
   [[nodiscard]] std::unique_ptr<LineMotion> make_joint_motion();
   void make_trace();
   [[nodiscard]] Result<std::unique_ptr<LineMotion>> make_single_motion();
-  [[nodiscard]] Result<void> add_groups(SingleMotion& motion, ecat_master::SingleAxes& axes);
-  [[nodiscard]] Result<void> add_couplings(ecat_master::SingleAxes& axes);
+  [[nodiscard]] Result<void> add_groups(SingleMotion& motion, motion::SingleAxes& axes);
+  [[nodiscard]] Result<void> add_couplings(motion::SingleAxes& axes);
   [[nodiscard]] Result<void> start_cycle();
   [[nodiscard]] Result<void> start_services();
   void operate();
@@ -150,9 +150,9 @@ class LineRun {
   std::optional<ecat_master::ProcessVariables> variables_;
   ExchangeGroupWatch exchange_group_watch_;
   std::unique_ptr<FaultRecords> fault_records_;
-  std::unique_ptr<rt::SwitchLog> switches_;  ///< switches of the CPU of the cycle; none: not traced, or not possible
-  std::string switches_unknown_;             ///< why `switches_` is none
-  std::unique_ptr<ecat_master::CycleTrace> trace_;  ///< none: not requested
+  std::unique_ptr<rt::SwitchLog> switches_;    ///< switches of the CPU of the cycle; none: not traced, or not possible
+  std::string switches_unknown_;               ///< why `switches_` is none
+  std::unique_ptr<motion::CycleTrace> trace_;  ///< none: not requested
   ecat_master::Master master_;
   LineServices services_;
   std::unique_ptr<snapshot::DrainThread> drain_;

@@ -52,7 +52,7 @@ Result<void> LineRun::make_motion() {
 }
 
 Result<std::unique_ptr<LineMotion>> LineRun::make_single_motion() {
-  auto axes = std::make_unique<ecat_master::SingleAxes>(make_axes(config_, master_), single_axis_settings(config_));
+  auto axes = std::make_unique<motion::SingleAxes>(make_axes(config_, master_), single_axis_settings(config_));
   for (const auto& gantry : config_.gantries) axes->add_gantry(gantry);
   if (config_.stream) {
     stream_ = std::make_unique<StreamService>(config_, *axes, settings_.axis_requests->authority());
@@ -66,26 +66,26 @@ Result<std::unique_ptr<LineMotion>> LineRun::make_single_motion() {
 }
 
 /// Call before add_couplings(): an axis of a group may be a master whose slave follows its setpoint of the same cycle.
-Result<void> LineRun::add_groups(SingleMotion& motion, ecat_master::SingleAxes& axes) {
+Result<void> LineRun::add_groups(SingleMotion& motion, motion::SingleAxes& axes) {
   if (config_.axis_groups.empty()) return {};
   auto outputs = GroupOutputs::make(config_, *variables_, copies_);
   if (!outputs) return tl::unexpected(outputs.error());
   group_outputs_ = std::move(*outputs);
-  std::vector<ecat_master::AxisGroupSettings> groups;
+  std::vector<motion::AxisGroupSettings> groups;
   std::vector<std::vector<GroupOutputLimits>> limits;
   for (std::size_t i = 0; i < config_.axis_groups.size(); ++i) {
     const auto& described = config_.axis_groups[i];
-    auto& group = groups.emplace_back(ecat_master::AxisGroupSettings{described.name, described.axes});
+    auto& group = groups.emplace_back(motion::AxisGroupSettings{described.name, described.axes});
     if (described.machine) group.kinematics = &described.machine->kinematics();
     group.tool = described.tool;
     auto& values = limits.emplace_back();
     if (!group_outputs_[i]) continue;
     group.outputs = group_outputs_[i].get();
     values = group_outputs_[i]->limits();
-    settings_.tasks->serve(*group_outputs_[i], {.order = ecat_master::TaskTiming::Order::kAfterMotion});
+    settings_.tasks->serve(*group_outputs_[i], {.order = motion::TaskTiming::Order::kAfterMotion});
   }
   try {
-    motion.add(std::make_unique<ecat_master::AxisGroups>(axes, std::move(groups), config_.period), std::move(limits),
+    motion.add(std::make_unique<motion::AxisGroups>(axes, std::move(groups), config_.period), std::move(limits),
                *settings_.groups, !session_.virtual_time());
   } catch (const std::invalid_argument& wrong) {
     return fail(ErrorKind::kSetting, wrong.what(), "[[axis_group]]");
@@ -93,7 +93,7 @@ Result<void> LineRun::add_groups(SingleMotion& motion, ecat_master::SingleAxes& 
   return {};
 }
 
-Result<void> LineRun::add_couplings(ecat_master::SingleAxes& axes) {
+Result<void> LineRun::add_couplings(motion::SingleAxes& axes) {
   if (config_.couplings.couplings.empty()) return {};
   auto couplings = LineCouplings::make(config_, axes, *variables_, master_);
   if (!couplings) return tl::unexpected(couplings.error());
@@ -106,8 +106,8 @@ std::unique_ptr<LineMotion> LineRun::make_joint_motion() {
   auto axes = make_axes(config_, master_);
   const auto settings = motion_settings(config_);
   auto motion = settings_.source != nullptr
-                    ? std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.source, settings)
-                    : std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.path, settings);
+                    ? std::make_unique<motion::Motion>(std::move(axes), *settings_.source, settings)
+                    : std::make_unique<motion::Motion>(std::move(axes), *settings_.path, settings);
   return std::make_unique<JointMotion>(std::move(motion), config_, *settings_.axis_requests,
                                        std::string(joint_owner()));
 }

@@ -73,7 +73,7 @@ void LineRun::report_axes(RunReport& report) const {
   for (std::size_t i = 0; i < config_.axes.size(); ++i) {
     const auto& axis = config_.axes[i];
     const auto& error = recorder_->following_errors()[i];
-    const auto& unit = ecat_master::position_unit(axis);
+    const auto& unit = motion::position_unit(axis);
     const auto slave = axis.is_virtual() ? std::nullopt : std::optional(axis.slave);
     report.axes.push_back({axis.name, slave, error.maximum * axis.increments_per_unit,
                            error.rms() * axis.increments_per_unit, std::string(unit.name),

@@ -82,14 +82,14 @@ bool LineTasks::drive() const noexcept {
   return std::any_of(entries_.begin(), entries_.end(), [](const Entry& entry) { return !entry.axes.empty(); });
 }
 
-ecat_master::SetpointSource* LineTasks::make_source(const LineConfig& config) {
+motion::SetpointSource* LineTasks::make_source(const LineConfig& config) {
   if (!drive()) return nullptr;
   std::vector<std::uint32_t> cycles(config.axes.size(), 1);
   for (const auto& entry : entries_) {
     for (const auto& axis : entry.axes) cycles[axis.number] = entry.plan.timing.divider;
   }
-  driven_ = std::make_unique<ecat_master::DrivenAxes>(std::move(cycles),
-                                                      std::chrono::duration<double>(config.period).count());
+  driven_ =
+      std::make_unique<motion::DrivenAxes>(std::move(cycles), std::chrono::duration<double>(config.period).count());
   for (auto& entry : entries_) {
     for (auto& axis : entry.axes) axis.drive = &driven_->axis(axis.number);
   }

@@ -16,13 +16,13 @@ class LineTasks {
   [[nodiscard]] bool drive() const noexcept;
 
   /// Makes the source of the driven axes; null if no task drives one.
-  [[nodiscard]] ecat_master::SetpointSource* make_source(const LineConfig& config);
+  [[nodiscard]] motion::SetpointSource* make_source(const LineConfig& config);
   /// Prepares the tasks; call after make_source(). Error: that of the first task that fails.
   [[nodiscard]] Result<void> prepare(const LineConfig& config, const ecat_master::ProcessVariables& process_data);
   /// Runs a task of the line itself, after those of the application. It is not reported. Call after all add().
-  void serve(ecat_master::CycleTask& task, ecat_master::TaskTiming timing = {}) { schedule_.add(task, timing); }
+  void serve(motion::CycleTask& task, motion::TaskTiming timing = {}) { schedule_.add(task, timing); }
   /// Returns the schedule; null: there are no tasks.
-  [[nodiscard]] ecat_master::TaskSchedule* schedule() noexcept { return schedule_.size() == 0 ? nullptr : &schedule_; }
+  [[nodiscard]] motion::TaskSchedule* schedule() noexcept { return schedule_.size() == 0 ? nullptr : &schedule_; }
   /// Returns the reports in the order of add(). Call while the cycle is idle.
   [[nodiscard]] std::vector<TaskReport> report() const;
 
@@ -36,8 +36,8 @@ class LineTasks {
   [[nodiscard]] const Entry* driver_of(std::size_t axis) const noexcept;
 
   std::vector<Entry> entries_;
-  ecat_master::TaskSchedule schedule_;
-  std::unique_ptr<ecat_master::DrivenAxes> driven_;
+  motion::TaskSchedule schedule_;
+  std::unique_ptr<motion::DrivenAxes> driven_;
 };
 
 }  // namespace driveline::runtime

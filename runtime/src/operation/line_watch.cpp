@@ -20,7 +20,7 @@ constexpr auto kRecoveryTimeout = std::chrono::seconds{3};
 
 ecat_master::LineSupervisor::Settings supervision(const RecoveryConfig& recovery) {
   ecat_master::LineSupervisor::Settings settings;
-  settings.recover = recovery.axes != ecat_master::LossPolicy::kStop;
+  settings.recover = recovery.axes != motion::LossPolicy::kStop;
   settings.state_timeout = kRecoveryTimeout;
   return settings;
 }
@@ -35,7 +35,7 @@ LineWatch::LineWatch(ecat_master::Master& master, const port::RedundantPort* rin
       clock_(clock),
       listener_(std::move(listener)),
       supervisor_(master, ring, supervision(config.recovery)),
-      absences_([&core = *master.core()](ecat_master::MasterAbsence& absence) { return core.take_absence(absence); },
+      absences_([&core = *master.core()](motion::MasterAbsence& absence) { return core.take_absence(absence); },
                 clock.now()),
       last_emergency_(clock.now()),
       away_since_(master.slaves().size()),
@@ -209,7 +209,7 @@ bool LineWatch::motion_goes_on() {
   if (motion_ == nullptr) return true;
   auto stopped = motion_->failure();
   if (!stopped) return true;
-  if (stopped->failure.cause == ecat_master::MotionFailure::Cause::kAxisFault)
+  if (stopped->failure.cause == motion::MotionFailure::Cause::kAxisFault)
     stopped->after = absences_.cause_of(clock_.now());
   end(std::move(*stopped));
   return false;

@@ -35,7 +35,7 @@ class LineWatch {
   [[nodiscard]] const ecat_master::LineSupervisor& supervisor() const noexcept { return supervisor_; }
 
  private:
-  using LossPolicy = ecat_master::LossPolicy;
+  using LossPolicy = motion::LossPolicy;
 
   [[nodiscard]] bool master_was_there();
   [[nodiscard]] bool frames_come_back();

@@ -7,11 +7,11 @@
 
 namespace driveline::runtime {
 
-using ecat_master::AxisCommand;
-using ecat_master::AxisRequest;
-using ecat_master::PlcopenState;
+using motion::AxisCommand;
+using motion::AxisRequest;
+using motion::PlcopenState;
 
-SingleMotion::SingleMotion(std::unique_ptr<ecat_master::SingleAxes> axes, AxisRequests& axis_requests, bool enable)
+SingleMotion::SingleMotion(std::unique_ptr<motion::SingleAxes> axes, AxisRequests& axis_requests, bool enable)
     : axes_(std::move(axes)),
       axis_requests_(axis_requests),
       enable_(enable),
@@ -23,9 +23,8 @@ SingleMotion::~SingleMotion() {
   axis_requests_.close();
 }
 
-void SingleMotion::add(std::unique_ptr<ecat_master::AxisGroups> groups,
-                       std::vector<std::vector<GroupOutputLimits>> outputs, GroupRequests& group_requests,
-                       bool thread) {
+void SingleMotion::add(std::unique_ptr<motion::AxisGroups> groups, std::vector<std::vector<GroupOutputLimits>> outputs,
+                       GroupRequests& group_requests, bool thread) {
   groups_ = std::move(groups);
   group_outputs_ = std::move(outputs);
   group_requests_ = &group_requests;
@@ -116,7 +115,7 @@ void SingleMotion::poll_groups(const Tell& tell) {
   if (!thread_) groups_->plan();
   for (std::size_t group = 0; group < failed_groups_.size(); ++group) {
     const auto report = groups_->group_report(group);
-    const bool fails = report.state == ecat_master::GroupState::kErrorStop;
+    const bool fails = report.state == motion::GroupState::kErrorStop;
     if (fails == (failed_groups_[group] != 0)) continue;
     failed_groups_[group] = fails ? 1 : 0;
     if (fails) {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "driveline/ecat_master/group/axis_groups.hpp"
-#include "driveline/ecat_master/single_axis/single_axes.hpp"
+#include "driveline/motion/group/axis_groups.hpp"
+#include "driveline/motion/single_axis/single_axes.hpp"
 #include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/groups/group_requests.hpp"
 #include "operation/line_motion.hpp"
@@ -17,15 +17,15 @@ namespace driveline::runtime {
 class SingleMotion final : public LineMotion {
  public:
   /// `enable`: enables all axes at the start. `axis_requests` must outlive this object.
-  SingleMotion(std::unique_ptr<ecat_master::SingleAxes> axes, AxisRequests& axis_requests, bool enable);
+  SingleMotion(std::unique_ptr<motion::SingleAxes> axes, AxisRequests& axis_requests, bool enable);
   ~SingleMotion() override;
 
   /// Adds groups of these axes, and the outputs of each group. `thread`: plans their paths in a separate thread;
   /// otherwise in poll(), as needed on virtual time. Call before start(); `group_requests` must outlive this object.
-  void add(std::unique_ptr<ecat_master::AxisGroups> groups, std::vector<std::vector<GroupOutputLimits>> outputs,
+  void add(std::unique_ptr<motion::AxisGroups> groups, std::vector<std::vector<GroupOutputLimits>> outputs,
            GroupRequests& group_requests, bool thread);
 
-  [[nodiscard]] ecat_master::MotionControl& control() noexcept override { return *axes_; }
+  [[nodiscard]] motion::MotionControl& control() noexcept override { return *axes_; }
   void start() override;
   void request_stop() override;
   [[nodiscard]] bool off() const override;
@@ -42,10 +42,10 @@ class SingleMotion final : public LineMotion {
   [[nodiscard]] std::optional<GantrySkew> skew_of(std::size_t axis) const;
   void poll_gantries(const Tell& tell);
 
-  std::unique_ptr<ecat_master::SingleAxes> axes_;
+  std::unique_ptr<motion::SingleAxes> axes_;
   AxisRequests& axis_requests_;
   bool enable_;
-  std::unique_ptr<ecat_master::AxisGroups> groups_;  ///< none: the line has no groups
+  std::unique_ptr<motion::AxisGroups> groups_;  ///< none: the line has no groups
   std::vector<std::vector<GroupOutputLimits>> group_outputs_;
   GroupRequests* group_requests_ = nullptr;
   bool thread_ = false;

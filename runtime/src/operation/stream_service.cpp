@@ -9,7 +9,7 @@
 
 namespace driveline::runtime {
 
-StreamService::StreamService(const LineConfig& config, ecat_master::SingleAxes& axes, AxisAuthority& authority)
+StreamService::StreamService(const LineConfig& config, motion::SingleAxes& axes, AxisAuthority& authority)
     : config_(config), authority_(authority), axes_access_(axes), hub_(axes_access_, config.axes.size()) {
   for (const auto axis : config.stream->axes) axes.add_feed(hub_.feed(axis), {axis});
 }
@@ -18,7 +18,7 @@ Result<void> StreamService::start() {
   std::vector<StreamAxis> axes;
   for (const auto axis : config_.stream->axes) {
     const auto& described = config_.axes[axis];
-    axes.push_back({described.name, axis, stream_bounds(described), ecat_master::position_unit(described)});
+    axes.push_back({described.name, axis, stream_bounds(described), motion::position_unit(described)});
   }
   remote_ = std::make_unique<RemoteStreams>(hub_, authority_, config_.stream->settings, axes, config_.period);
   auto opened = StreamServer::open(*config_.stream, std::move(axes), hub_, authority_, config_.period);

@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "driveline/ecat_master/cyclic/cycle_task.hpp"
-#include "driveline/ecat_master/single_axis/single_axes.hpp"
+#include "driveline/motion/cycle/cycle_task.hpp"
+#include "driveline/motion/single_axis/single_axes.hpp"
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/error.hpp"
@@ -21,10 +21,10 @@ namespace driveline::runtime {
 class StreamService {
  public:
   /// Gives each axis that accepts streams its feed. The references must outlive it.
-  StreamService(const LineConfig& config, ecat_master::SingleAxes& axes, AxisAuthority& authority);
+  StreamService(const LineConfig& config, motion::SingleAxes& axes, AxisAuthority& authority);
 
   /// Returns the task to run in every cycle.
-  [[nodiscard]] ecat_master::CycleTask& task() noexcept { return hub_; }
+  [[nodiscard]] motion::CycleTask& task() noexcept { return hub_; }
   /// Call with all slaves in OP: clients may connect. Error (kMachine): the socket is not available.
   [[nodiscard]] Result<void> start();
   /// Returns the streaming interface available since start(), as an event.

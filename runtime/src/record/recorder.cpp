@@ -26,11 +26,11 @@ void Recorder::Extremes::add(double value) noexcept {
   greatest = std::fmax(greatest, value);
 }
 
-Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, const std::optional<std::filesystem::path>& csv,
+Recorder::Recorder(const std::vector<motion::AxisConfig>& axes, const std::optional<std::filesystem::path>& csv,
                    std::uint64_t every, bool increments, bool compensated)
     : errors_(axes.size()), every_(every), increments_(increments), compensated_(compensated), extremes_(axes.size()) {
   for (const auto& axis : axes) {
-    columns_.push_back({axis.name, axis.linear(), &ecat_master::position_unit(axis), axis.increments_per_unit});
+    columns_.push_back({axis.name, axis.linear(), &motion::position_unit(axis), axis.increments_per_unit});
   }
   if (!csv) return;
   csv_name_ = *csv;

@@ -49,7 +49,7 @@ class Recorder final : public snapshot::SampleConsumer {
   /// `csv`: output file; none: no file. `every`: one row per `every` cycles. `increments`: adds drive increments after
   /// the columns in the units of the axes. `compensated`: setpoints lead the path by the dead times, so that the
   /// setpoint that a drive has followed is that of the path at this instant.
-  Recorder(const std::vector<ecat_master::AxisConfig>& axes, const std::optional<std::filesystem::path>& csv,
+  Recorder(const std::vector<motion::AxisConfig>& axes, const std::optional<std::filesystem::path>& csv,
            std::uint64_t every, bool increments = false, bool compensated = false);
   /// Removes an unfinished file.
   ~Recorder() override = default;

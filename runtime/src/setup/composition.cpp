@@ -5,8 +5,8 @@
 #include <chrono>
 #include <optional>
 
-#include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "driveline/esi/sii.hpp"
+#include "driveline/motion/axis/startup_sdos.hpp"
 #include "driveline/runtime/setup/wire_budget.hpp"
 #include "driveline/slaves/persona/persona_slave.hpp"
 
@@ -17,7 +17,7 @@ namespace {
 std::vector<std::byte> with_alias(std::vector<std::byte> image, std::uint16_t alias) {
   constexpr std::size_t kAlias = 8;
   constexpr std::size_t kChecksum = 14;
-  wire::store_le<std::uint16_t>(std::span(image).subspan(kAlias, 2), alias);
+  bytes::store_le<std::uint16_t>(std::span(image).subspan(kAlias, 2), alias);
   const auto area = std::span<const std::byte>(image).first<esi::SiiConfigArea::kSize>();
   image[kChecksum] = static_cast<std::byte>(esi::sii_checksum(area));
   return image;
@@ -42,10 +42,10 @@ std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32
 }
 
 /// Writes the range of an axis with a modulo; other axes keep the range of their drive.
-void add_range(const ecat_master::AxisConfig& axis, std::vector<ecat_master::StartupSdo>& sdos) {
+void add_range(const motion::AxisConfig& axis, std::vector<motion::StartupSdo>& sdos) {
   if (axis.range_min >= axis.range_max) return;
-  sdos.push_back(ecat_master::startup_sdo(0x607B, 1, axis.range_min));
-  sdos.push_back(ecat_master::startup_sdo(0x607B, 2, axis.range_max));
+  sdos.push_back(motion::startup_sdo(0x607B, 1, axis.range_min));
+  sdos.push_back(motion::startup_sdo(0x607B, 2, axis.range_max));
 }
 
 /// Time from the frames to SYNC0 of a slave, and cycle of SYNC0.
@@ -65,9 +65,9 @@ std::optional<SyncPlace> sync_place(std::size_t slave, const ecat_master::Master
   return SyncPlace{((clocks->frame_lead + signals.sync0_shift) % cycle + cycle) % cycle, cycle};
 }
 
-ecat_master::SetpointDelays setpoint_delays(const LineConfig& config, const ecat_master::AxisConfig& axis,
-                                            const ecat_master::Master& master) {
-  ecat_master::SetpointDelays delays;
+motion::SetpointDelays setpoint_delays(const LineConfig& config, const motion::AxisConfig& axis,
+                                       const ecat_master::Master& master) {
+  motion::SetpointDelays delays;
   const auto& slave = config.slaves[axis.slave];
   delays.period = config.period;
   delays.divider = exchange_divider(config, slave);
@@ -79,9 +79,9 @@ ecat_master::SetpointDelays setpoint_delays(const LineConfig& config, const ecat
 /// Returns the cycles by which a torque offset is delayed: the drive interpolates towards a setpoint after receiving
 /// it, but uses the offset at once, so the offset belongs to the middle of the interpolation. If only the inertia is
 /// fed forward, the offset is sent with the setpoint.
-double offset_delay(double setpoint_delay_cycles, ecat_master::SetpointDelays delays) {
+double offset_delay(double setpoint_delay_cycles, motion::SetpointDelays delays) {
   delays.interpolation = 0;
-  const double interpolation = setpoint_delay_cycles - ecat_master::setpoint_delay_cycles(delays);
+  const double interpolation = setpoint_delay_cycles - motion::setpoint_delay_cycles(delays);
   return std::max(interpolation - 0.5 * delays.divider, 0.0);
 }
 
@@ -120,9 +120,9 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
       const auto period = config.period * exchange_divider(config, slave);
       plan.startup_sdos = drive_rules(config, slave).startup_sdos(*axis, period);
       add_range(*axis, plan.startup_sdos);
-      plan.pdos = ecat_master::axis_pdo_configuration();
+      plan.pdos = motion::axis_pdo_configuration();
       // PDOs chosen by the user may lack 6060h.
-      if (slave.plan.pdos) plan.startup_sdos.push_back(ecat_master::mode_sdo(axis->mode));
+      if (slave.plan.pdos) plan.startup_sdos.push_back(motion::mode_sdo(axis->mode));
     } else {
       plan.own_pdos = !slave.plan.pdos;
     }
@@ -138,13 +138,12 @@ std::chrono::nanoseconds input_age(std::size_t slave, const ecat_master::Master&
   return place ? (place->cycle - place->to_sync0) % place->cycle : std::chrono::nanoseconds{0};
 }
 
-double setpoint_delay(const LineConfig& config, const ecat_master::AxisConfig& axis,
-                      const ecat_master::Master& master) {
-  return ecat_master::setpoint_delay_cycles(setpoint_delays(config, axis, master));
+double setpoint_delay(const LineConfig& config, const motion::AxisConfig& axis, const ecat_master::Master& master) {
+  return motion::setpoint_delay_cycles(setpoint_delays(config, axis, master));
 }
 
-std::vector<ecat_master::Axis> make_axes(const LineConfig& config, const ecat_master::Master& master) {
-  std::vector<ecat_master::Axis> axes;
+std::vector<motion::Axis> make_axes(const LineConfig& config, const ecat_master::Master& master) {
+  std::vector<motion::Axis> axes;
   for (auto axis : config.axes) {
     axis.on_loss = config.recovery.axes;
     axis.period = config.period;
@@ -153,15 +152,15 @@ std::vector<ecat_master::Axis> make_axes(const LineConfig& config, const ecat_ma
       continue;
     }
     const auto delays = setpoint_delays(config, axis, master);
-    if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = ecat_master::setpoint_delay_cycles(delays);
+    if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = motion::setpoint_delay_cycles(delays);
     if (axis.feed_forward.any()) axis.offset_delay_cycles = offset_delay(*axis.setpoint_delay_cycles, delays);
     // The description names slaves; those with an alias may be anywhere on the line. All are present, otherwise
     // configure() would have failed.
     axis.slave = master.position_of(axis.slave).value_or(axis.slave);
     const auto& plan = master.slaves()[axis.slave].plan;
     // The loss of a hot-connect slave does not stop the others.
-    if (plan.hot_connect) axis.on_loss = ecat_master::LossPolicy::kContinue;
-    axes.emplace_back(axis, master.image().places()[axis.slave], plan.pdos);
+    if (plan.hot_connect) axis.on_loss = motion::LossPolicy::kContinue;
+    axes.emplace_back(axis, master.image().places()[axis.slave].image_place(), plan.pdos);
   }
   return axes;
 }
@@ -175,8 +174,8 @@ std::chrono::nanoseconds lost_time(const LineConfig& config) {
 
 }  // namespace
 
-ecat_master::Motion::Settings motion_settings(const LineConfig& config) {
-  ecat_master::Motion::Settings settings;
+motion::Motion::Settings motion_settings(const LineConfig& config) {
+  motion::Motion::Settings settings;
   settings.period = config.period;
   settings.repeat = config.path && config.path->repeat;
   settings.relative = !config.path || config.path->relative;
@@ -187,8 +186,8 @@ ecat_master::Motion::Settings motion_settings(const LineConfig& config) {
   return settings;
 }
 
-ecat_master::SingleAxes::Settings single_axis_settings(const LineConfig& config) {
-  ecat_master::SingleAxes::Settings settings;
+motion::SingleAxes::Settings single_axis_settings(const LineConfig& config) {
+  motion::SingleAxes::Settings settings;
   settings.period = config.period;
   settings.bad_cycle_limit = config.max_lost_cycles;
   settings.bad_time_limit = lost_time(config);

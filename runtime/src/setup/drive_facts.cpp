@@ -8,11 +8,11 @@
 #include <string>
 #include <string_view>
 
-#include "driveline/ecat_master/cia402/cyclic_mode.hpp"
+#include "driveline/bytes/endian.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/ecat_master/error.hpp"
 #include "driveline/ecat_master/error/facts.hpp"
-#include "driveline/wire/endian.hpp"
+#include "driveline/motion/cia402/cyclic_mode.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -42,7 +42,7 @@ class FactReader {
   void take(std::uint16_t index, std::uint8_t subindex, std::optional<T>& to) {
     if (error_) return;
     const ObjectData data = read_(index, subindex);
-    if (data && data->size() == sizeof(T)) to = wire::load_le<T>(*data);
+    if (data && data->size() == sizeof(T)) to = bytes::load_le<T>(*data);
     if (data || data.error().template as<ecat_master::facts::SdoAbort>() != nullptr) return;
     error_ = data.error();
   }
@@ -119,28 +119,28 @@ std::string mode_names(std::uint32_t modes) {
   return names.empty() ? "none of CiA 402" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-Result<void> take_modes(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
+Result<void> take_modes(motion::AxisConfig& axis, const DriveFacts& facts) {
   const auto modes = facts.supported_modes.value_or(0);
   if (modes == 0) return {};
-  if ((modes & ecat_master::cia402::mode_bit(axis.mode)) == 0) {
+  if ((modes & motion::cia402::mode_bit(axis.mode)) == 0) {
     return fail(ErrorKind::kSetting,
                 fmt::format("axis {}: its drive does not support mode {}; according to 6502h it supports {}", axis.name,
-                            ecat_master::cia402::to_text(axis.mode), mode_names(modes)));
+                            motion::cia402::to_text(axis.mode), mode_names(modes)));
   }
   axis.supported_modes = modes;
   return {};
 }
 
 /// Whether the master sends torques to the drive, or may be requested to.
-bool uses_torques(const ecat_master::AxisConfig& axis) {
-  return axis.mode == ecat_master::cia402::Mode::kCyclicTorque || axis.velocity_gain > 0.0 || axis.inertia > 0.0 ||
+bool uses_torques(const motion::AxisConfig& axis) {
+  return axis.mode == motion::cia402::Mode::kCyclicTorque || axis.velocity_gain > 0.0 || axis.inertia > 0.0 ||
          axis.feed_forward.any();
 }
 
 /// Refuses a drive that inverts only positions: it would run away under the control loops of the master. A drive that
 /// inverts positions and velocities but not torques, for which 607Eh has no bit (CiA 402-2; MSD manual 2361-2372),
 /// would run away when it is commanded by torques.
-Result<void> check_polarity(const ecat_master::AxisConfig& axis, const DriveFacts& facts) {
+Result<void> check_polarity(const motion::AxisConfig& axis, const DriveFacts& facts) {
   const unsigned polarity = facts.polarity.value_or(0);
   const bool position = (polarity & kPositionTurned) != 0;
   const bool velocity = (polarity & kVelocityTurned) != 0;
@@ -158,7 +158,7 @@ Result<void> check_polarity(const ecat_master::AxisConfig& axis, const DriveFact
                           axis.name, polarity));
 }
 
-Result<std::optional<ScaleDifference>> take_scale(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
+Result<std::optional<ScaleDifference>> take_scale(motion::AxisConfig& axis, const DriveFacts& facts) {
   constexpr double kRounding = 1e-6;
   const auto reported = increments_per_revolution(facts);
   if (!reported || !(axis.unit_per_revolution > 0.0)) return std::nullopt;
@@ -177,7 +177,7 @@ Result<std::optional<ScaleDifference>> take_scale(ecat_master::AxisConfig& axis,
   return std::nullopt;
 }
 
-void take_range(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
+void take_range(motion::AxisConfig& axis, const DriveFacts& facts) {
   const auto lowest = facts.range_min.value_or(0);
   const auto highest = facts.range_max.value_or(0);
   if (lowest >= highest) return;
@@ -186,7 +186,7 @@ void take_range(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
 }
 
 /// Reads 604Ch, which is signed (CiA 402-2); a drive without it has the factor 1.
-void take_velocity_count(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
+void take_velocity_count(motion::AxisConfig& axis, const DriveFacts& facts) {
   constexpr double kPerMinute = 1.0 / 60.0;
   double factor = 1.0;
   if (usable(facts.velocity_factor)) {
@@ -229,7 +229,7 @@ std::vector<ecat_master::Result<DriveFacts>> read_drive_facts(ecat_master::Maste
   return facts;
 }
 
-Result<std::optional<ScaleDifference>> take_drive_facts(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
+Result<std::optional<ScaleDifference>> take_drive_facts(motion::AxisConfig& axis, const DriveFacts& facts) {
   if (auto taken = take_modes(axis, facts); !taken) return tl::unexpected(taken.error());
   if (auto checked = check_polarity(axis, facts); !checked) return tl::unexpected(checked.error());
   take_range(axis, facts);

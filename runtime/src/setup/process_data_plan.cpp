@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "driveline/ecat_master/axis/axis_objects.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
+#include "driveline/motion/axis/axis_objects.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 
 namespace driveline::runtime {
@@ -28,12 +28,12 @@ Result<void> give_names(const LineConfig& config, ProcessVariables& variables) {
 }
 
 /// Returns the axis whose cycle writes this output; null: the output is free.
-const ecat_master::AxisConfig* writer_of(const LineConfig& config, const ProcessVariable& variable) {
+const motion::AxisConfig* writer_of(const LineConfig& config, const ProcessVariable& variable) {
   const auto axis = std::find_if(config.axes.begin(), config.axes.end(), [&](const auto& a) {
     return !a.is_virtual() && config.slaves[a.slave].name == variable.slave_name;
   });
   if (axis == config.axes.end()) return nullptr;
-  const auto& pdos = ecat_master::axis_pdo_configuration().outputs;
+  const auto& pdos = motion::axis_pdo_configuration().outputs;
   const bool written = std::any_of(pdos.begin(), pdos.end(), [&](const auto& pdo) {
     return std::any_of(pdo.objects.begin(), pdo.objects.end(),
                        [&](const auto& o) { return o.index == variable.index && o.subindex == variable.subindex; });
@@ -125,10 +125,10 @@ Result<void> check_axis_objects(const LineConfig& config, const ecat_master::Mas
     if (axis.is_virtual()) continue;
     const auto position = master.position_of(axis.slave).value_or(axis.slave);
     const auto& plan = master.slaves()[position].plan;
-    const auto missing = ecat_master::missing_objects(axis.mode, plan.pdos, axis.feed_forward.any());
+    const auto missing = motion::missing_objects(axis.mode, plan.pdos, axis.feed_forward.any());
     if (missing.empty()) continue;
     return fail(ErrorKind::kSetting, fmt::format("axis {}, slave {} ({}): {}", axis.name, position, plan.name,
-                                                 ecat_master::describe_missing(axis.mode, missing, plan.pdos)));
+                                                 motion::describe_missing(axis.mode, missing, plan.pdos)));
   }
   return {};
 }

@@ -1,13 +1,13 @@
 #include "stream/single_axes_access.hpp"
 
-#include "driveline/ecat_master/single_axis/axis_request.hpp"
+#include "driveline/motion/single_axis/axis_request.hpp"
 #include "driveline/stream/records.hpp"
 
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::AxisCommand;
-using ecat_master::PlcopenState;
+using motion::AxisCommand;
+using motion::PlcopenState;
 
 constexpr bool same(PlcopenState state, stream::MotionState told) {
   return static_cast<std::uint32_t>(state) == static_cast<std::uint32_t>(told);

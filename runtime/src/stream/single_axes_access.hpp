@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "driveline/ecat_master/single_axis/single_axes.hpp"
+#include "driveline/motion/single_axis/single_axes.hpp"
 #include "stream/stream_axes.hpp"
 
 namespace driveline::runtime {
@@ -11,7 +11,7 @@ namespace driveline::runtime {
 class SingleAxesAccess final : public StreamAxes {
  public:
   /// `axes` must outlive it.
-  explicit SingleAxesAccess(ecat_master::SingleAxes& axes) noexcept : axes_(axes) {}
+  explicit SingleAxesAccess(motion::SingleAxes& axes) noexcept : axes_(axes) {}
 
   [[nodiscard]] View view(std::size_t axis) const noexcept override;
   void follow(std::size_t axis) noexcept override;
@@ -19,7 +19,7 @@ class SingleAxesAccess final : public StreamAxes {
   void power_on(std::size_t axis) noexcept override;
 
  private:
-  ecat_master::SingleAxes& axes_;
+  motion::SingleAxes& axes_;
 };
 
 }  // namespace driveline::runtime

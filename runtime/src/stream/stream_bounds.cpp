@@ -5,7 +5,7 @@
 
 namespace driveline::runtime {
 
-stream::AxisBounds stream_bounds(const ecat_master::AxisConfig& axis) noexcept {
+stream::AxisBounds stream_bounds(const motion::AxisConfig& axis) noexcept {
   const double per_unit = axis.increments_per_unit;
   const trajectory::PositionRange all{std::numeric_limits<std::int32_t>::min() / per_unit,
                                       std::numeric_limits<std::int32_t>::max() / per_unit};

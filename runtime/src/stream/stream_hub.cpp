@@ -5,7 +5,7 @@
 namespace driveline::runtime {
 
 /// Setpoints of an axis, from the session that owns it.
-class StreamHub::Feed final : public ecat_master::SetpointFeed {
+class StreamHub::Feed final : public motion::SetpointFeed {
  public:
   [[nodiscard]] std::size_t axis_count() const noexcept override { return 1; }
   void join(std::size_t /*axis*/, const trajectory::AxisSetpoint& /*from*/) noexcept override {
@@ -38,7 +38,7 @@ StreamHub::StreamHub(StreamAxes& axes, std::size_t axis_count) : axes_(axes) {
 
 StreamHub::~StreamHub() = default;
 
-ecat_master::SetpointFeed& StreamHub::feed(std::size_t axis) noexcept {
+motion::SetpointFeed& StreamHub::feed(std::size_t axis) noexcept {
   return *feeds_[axis];
 }
 
@@ -60,7 +60,7 @@ bool StreamHub::holds(const StreamSession& session) const noexcept {
                      [&](const auto& slot) { return slot.load(std::memory_order_acquire) == &session; });
 }
 
-void StreamHub::update(const ecat_master::TaskCycle& cycle) noexcept {
+void StreamHub::update(const motion::TaskCycle& cycle) noexcept {
   // Bind all sessions before any of them runs, so that the feed of a lost axis is released before another session gets
   // it.
   for (auto& slot : slots_) {
@@ -69,7 +69,7 @@ void StreamHub::update(const ecat_master::TaskCycle& cycle) noexcept {
   for (auto& slot : slots_) run(slot, cycle);
 }
 
-void StreamHub::run(std::atomic<StreamSession*>& slot, const ecat_master::TaskCycle& cycle) noexcept {
+void StreamHub::run(std::atomic<StreamSession*>& slot, const motion::TaskCycle& cycle) noexcept {
   auto* session = slot.load(std::memory_order_acquire);
   if (session == nullptr) return;
   const bool over = !session->update(cycle, axes_);

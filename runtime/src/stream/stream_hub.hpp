@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "driveline/ecat_master/cyclic/cycle_task.hpp"
-#include "driveline/ecat_master/single_axis/setpoint_feed.hpp"
+#include "driveline/motion/cycle/cycle_task.hpp"
+#include "driveline/motion/single_axis/setpoint_feed.hpp"
 #include "driveline/trajectory/setpoint.hpp"
 #include "stream/stream_axes.hpp"
 #include "stream/stream_session.hpp"
@@ -17,7 +17,7 @@ namespace driveline::runtime {
 
 /// The sessions of all clients in the cycle: a task before the motion that processes their records, and a feed for each
 /// axis of the line that supplies its setpoints.
-class StreamHub final : public ecat_master::CycleTask {
+class StreamHub final : public motion::CycleTask {
  public:
   /// Most clients at a time.
   static constexpr std::size_t kMaxSessions = 32;
@@ -27,7 +27,7 @@ class StreamHub final : public ecat_master::CycleTask {
   ~StreamHub() override;
 
   /// Returns the feed that an axis follows.
-  [[nodiscard]] ecat_master::SetpointFeed& feed(std::size_t axis) noexcept;
+  [[nodiscard]] motion::SetpointFeed& feed(std::size_t axis) noexcept;
 
   // Called on the owner's thread.
   /// Adds a session to the cycle; it must live until holds() returns false. False: there are too many sessions.
@@ -38,13 +38,13 @@ class StreamHub final : public ecat_master::CycleTask {
   [[nodiscard]] bool holds(const StreamSession& session) const noexcept;
 
   // Called by the cycle.
-  void update(const ecat_master::TaskCycle& cycle) noexcept override;
+  void update(const motion::TaskCycle& cycle) noexcept override;
 
  private:
   class Feed;
 
   void bind(StreamSession& session) noexcept;
-  void run(std::atomic<StreamSession*>& slot, const ecat_master::TaskCycle& cycle) noexcept;
+  void run(std::atomic<StreamSession*>& slot, const motion::TaskCycle& cycle) noexcept;
   void unbind(StreamSession& session, bool over) noexcept;
 
   StreamAxes& axes_;

@@ -144,7 +144,7 @@ const trajectory::AxisSetpoint* StreamSession::setpoint(std::size_t member) noex
   return nullptr;
 }
 
-bool StreamSession::update(const ecat_master::TaskCycle& cycle, StreamAxes& axes) noexcept {
+bool StreamSession::update(const motion::TaskCycle& cycle, StreamAxes& axes) noexcept {
   // A new curve would start at the present setpoints of the axes.
   for (std::size_t i = 0; i < members_.size(); ++i) {
     const auto view = axes.view(members_[i].axis);
@@ -305,7 +305,7 @@ bool StreamSession::at_rest(const StreamAxes& axes) const noexcept {
   return true;
 }
 
-void StreamSession::publish(const ecat_master::TaskCycle& cycle, const StreamAxes& axes) noexcept {
+void StreamSession::publish(const motion::TaskCycle& cycle, const StreamAxes& axes) noexcept {
   auto& record = status_record_;
   record.cycle = cycle.cycle;
   record.grid_ns = cycle.grid.count();

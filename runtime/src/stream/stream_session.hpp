@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "driveline/ecat_master/cyclic/cycle_task.hpp"
+#include "driveline/motion/cycle/cycle_task.hpp"
 #include "driveline/rt/shared_broadcast.hpp"
 #include "driveline/rt/shared_region.hpp"
 #include "driveline/rt/shared_ring.hpp"
@@ -110,7 +110,7 @@ class StreamSession {
   /// command it.
   [[nodiscard]] const trajectory::AxisSetpoint* setpoint(std::size_t member) noexcept;
   /// Runs one cycle, before the axes read their setpoints. False: the session is over, its axes are free.
-  [[nodiscard]] bool update(const ecat_master::TaskCycle& cycle, StreamAxes& axes) noexcept;
+  [[nodiscard]] bool update(const motion::TaskCycle& cycle, StreamAxes& axes) noexcept;
 
  private:
   struct AxisSide {
@@ -148,7 +148,7 @@ class StreamSession {
   [[nodiscard]] double seconds(std::int64_t time_ns) const noexcept;
   void command(StreamAxes& axes) noexcept;
   [[nodiscard]] bool at_rest(const StreamAxes& axes) const noexcept;
-  void publish(const ecat_master::TaskCycle& cycle, const StreamAxes& axes) noexcept;
+  void publish(const motion::TaskCycle& cycle, const StreamAxes& axes) noexcept;
   [[nodiscard]] bool ending() const noexcept { return reason_ != stream::EndReason::kNone; }
 
   std::vector<Member> members_;

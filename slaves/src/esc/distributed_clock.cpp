@@ -145,7 +145,7 @@ bool DistributedClock::write_registers(Side side, std::size_t address, std::span
   }
   constexpr std::size_t kSystemTime = reg::kSystemTime.address;
   if (side == Side::kEcat && address <= kSystemTime && address + data.size() >= kSystemTime + 4) {
-    compare(wire::load_le<std::uint32_t>(data.subspan(kSystemTime - address)), now);
+    compare(bytes::load_le<std::uint32_t>(data.subspan(kSystemTime - address)), now);
     any = true;
   }
   if (address + data.size() <= reg::kSystemTimeOffset.address) return any;

@@ -57,7 +57,7 @@ void Esc::power_on(Nanoseconds now) noexcept {
 void Esc::load_reset_values() noexcept {
   for (const auto& row : wire::kRegisters) {
     for (unsigned n = 0; n < row.count; ++n) {
-      const auto value = wire::to_le_bytes(row.reset);
+      const auto value = bytes::to_le_bytes(row.reset);
       std::copy_n(value.begin(), row.size, memory_.at(row.address + n * row.stride, row.size).begin());
     }
   }

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstring>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 #include "driveline/wire/mailbox.hpp"
 
 namespace driveline::slaves {
@@ -130,8 +130,8 @@ bool MailboxTransport::fetch(std::chrono::nanoseconds now) {
 void MailboxTransport::spoil() noexcept {
   if (scratch_.size() < wire::MailboxHeader::kSize) return;
   const auto length = std::span(scratch_).first<2>();
-  if (fault_ == Fault::kMalformed) wire::store_le<std::uint16_t>(length, 3);
-  if (fault_ == Fault::kOversized) wire::store_le<std::uint16_t>(length, 0xFFFF);
+  if (fault_ == Fault::kMalformed) bytes::store_le<std::uint16_t>(length, 3);
+  if (fault_ == Fault::kOversized) bytes::store_le<std::uint16_t>(length, 0xFFFF);
 }
 
 bool MailboxTransport::publish(std::span<const std::byte> mail) noexcept {

@@ -137,13 +137,13 @@ void SiiInterface::complete() noexcept {
   }
   const unsigned words = options_.reads_8_bytes ? 4 : 2;
   for (unsigned i = 0; i < words; ++i) {
-    wire::store_le(memory_.at(reg::kSiiData.address + 2 * i, 2), word(address + i));
+    bytes::store_le(memory_.at(reg::kSiiData.address + 2 * i, 2), word(address + i));
   }
 }
 
 std::uint16_t SiiInterface::word(std::size_t address) const noexcept {
   if (address >= image_.size() / 2) return 0xFFFF;
-  return wire::load_le<std::uint16_t>(std::span(image_).subspan(2 * address));
+  return bytes::load_le<std::uint16_t>(std::span(image_).subspan(2 * address));
 }
 
 void SiiInterface::set_status(std::uint16_t clear, std::uint16_t set) noexcept {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <set>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/esi/hex.hpp"
 #include "driveline/slaves/bit_copy.hpp"
 #include "driveline/slaves/sync_demand.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::slaves::generic {
 namespace {
@@ -127,7 +127,7 @@ void ModelBuilder::set_default(EntryRow& row, const std::string& hex) {
     if (byte_size(row.type) < sizeof raw || (std::abs(row.initial) < kExactInDouble && std::isfinite(row.initial))) {
       return;
     }
-    const auto exact = wire::to_le_bytes(raw);
+    const auto exact = bytes::to_le_bytes(raw);
     bytes.assign(exact.begin(), exact.end());
   }
   std::string text;

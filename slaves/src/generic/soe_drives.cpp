@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::slaves::generic {
 namespace {
@@ -50,7 +50,7 @@ constexpr std::uint8_t kFourBytes = 2;
 
 template <typename T>
 Bytes bytes_of(T value) {
-  const auto bytes = wire::to_le_bytes(value);
+  const auto bytes = bytes::to_le_bytes(value);
   return {bytes.begin(), bytes.end()};
 }
 
@@ -117,7 +117,7 @@ std::vector<SoeRow> rows_at_rest() {
 Bytes idn_list(std::initializer_list<wire::Idn> idns) {
   Bytes list;
   for (const auto idn : idns) {
-    const auto bytes = wire::to_le_bytes(idn.raw);
+    const auto bytes = bytes::to_le_bytes(idn.raw);
     list.insert(list.end(), bytes.begin(), bytes.end());
   }
   return list;
@@ -190,7 +190,7 @@ SoeDrives::SoeDrives(std::size_t count, ProcessData process_data)
 }
 
 void SoeDrives::set(std::uint8_t drive, wire::Idn idn, std::uint16_t value) noexcept {
-  wire::store_le(find(drive, idn)->value, value);
+  bytes::store_le(find(drive, idn)->value, value);
 }
 
 void SoeDrives::set_diagnosis(std::uint8_t drive, std::string_view text) noexcept {
@@ -214,7 +214,7 @@ SoeAnswer<void> SoeDrives::check_value(std::uint8_t drive, wire::Idn idn, std::s
   for (; !value.empty(); value = value.subspan(sizeof(wire::Idn::raw))) {
     bool may_be = false;
     for (auto rest = std::span<const std::byte>(known); !rest.empty(); rest = rest.subspan(sizeof(wire::Idn::raw))) {
-      may_be = may_be || wire::load_le<std::uint16_t>(rest) == wire::load_le<std::uint16_t>(value);
+      may_be = may_be || bytes::load_le<std::uint16_t>(rest) == bytes::load_le<std::uint16_t>(value);
     }
     if (!may_be) return tl::unexpected(wire::SoeError::kValueInvalid);
   }
@@ -227,7 +227,7 @@ void SoeDrives::for_each_cyclic(wire::Idn word, wire::Idn list, Visit&& visit) n
     visit(find(drive, word)->value);
     const auto& idns = find(drive, list)->value;
     for (std::size_t at = 0; at < idns.size(); at += sizeof(wire::Idn::raw)) {
-      visit(find(drive, {wire::load_le<std::uint16_t>(std::span(idns).subspan(at))})->value);
+      visit(find(drive, {bytes::load_le<std::uint16_t>(std::span(idns).subspan(at))})->value);
     }
   }
 }

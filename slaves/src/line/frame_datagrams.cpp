@@ -32,10 +32,10 @@ std::size_t FrameDatagrams::find_ethercat() noexcept {
   udp_checksum_ = 0;
   if (frame_.size() < wire::EthernetHeader::kSize) return 0;
   std::size_t offset = wire::EthernetHeader::kSize;
-  auto type = wire::load_be16(frame_.subspan(offset - 2));
+  auto type = bytes::load_be16(frame_.subspan(offset - 2));
   if (type == wire::kEtherTypeVlan && frame_.size() >= offset + kVlanTag) {
     offset += kVlanTag;
-    type = wire::load_be16(frame_.subspan(offset - 2));
+    type = bytes::load_be16(frame_.subspan(offset - 2));
   }
   if (type == wire::kEtherTypeEtherCat) return offset;
   if (type != wire::kEtherTypeIpv4 || frame_.size() < offset + kMinIpHeader) return 0;
@@ -44,9 +44,9 @@ std::size_t FrameDatagrams::find_ethercat() noexcept {
   const std::size_t ip_header = (version_length & 0x0FU) * 4;
   if (version_length >> 4 != 4 || ip_header < kMinIpHeader || ip.size() < ip_header + kUdpHeader) return 0;
   if (std::to_integer<std::uint8_t>(ip[kIpProtocol]) != kProtocolUdp) return 0;
-  if ((wire::load_be16(ip.subspan(kIpFragment)) & kMoreFragmentsOrOffset) != 0) return 0;
+  if ((bytes::load_be16(ip.subspan(kIpFragment)) & kMoreFragmentsOrOffset) != 0) return 0;
   const auto udp = ip.subspan(ip_header);
-  if (wire::load_be16(udp.subspan(kUdpDestination)) != wire::kEtherTypeEtherCat) return 0;
+  if (bytes::load_be16(udp.subspan(kUdpDestination)) != wire::kEtherTypeEtherCat) return 0;
   udp_checksum_ = offset + ip_header + kUdpChecksum;
   return offset + ip_header + kUdpHeader;
 }
@@ -81,7 +81,7 @@ FrameKind FrameDatagrams::load(std::span<std::byte> frame) noexcept {
     d.ado = datagram->address.ado();
     d.irq = datagram->irq;
     d.data = frame.subspan(data, datagram->length);
-    d.working_counter = wire::load_le<std::uint16_t>(frame.subspan(data + datagram->length));
+    d.working_counter = bytes::load_le<std::uint16_t>(frame.subspan(data + datagram->length));
     d.header_offset = static_cast<std::uint16_t>(offset);
     if (count_ == 1) circulating_ = datagram->circulating;
     more = datagram->more;
@@ -93,13 +93,13 @@ FrameKind FrameDatagrams::load(std::span<std::byte> frame) noexcept {
 void FrameDatagrams::store(bool circulating) noexcept {
   for (const auto& d : datagrams()) {
     const auto header = frame_.subspan(d.header_offset);
-    wire::store_le(header.subspan(kAdp, 2), d.adp);
-    wire::store_le(header.subspan(kIrq, 2), d.irq);
+    bytes::store_le(header.subspan(kAdp, 2), d.adp);
+    bytes::store_le(header.subspan(kIrq, 2), d.irq);
     if (circulating) header[kFlagsHigh] |= kCirculating;
-    wire::store_le(header.subspan(wire::DatagramHeader::kSize + d.data.size(), 2), d.working_counter);
+    bytes::store_le(header.subspan(wire::DatagramHeader::kSize + d.data.size(), 2), d.working_counter);
   }
   // The data have changed: slave controllers clear the UDP checksum (0: not used, RFC 768).
-  if (udp_checksum_ != 0) wire::store_be16(frame_.subspan(udp_checksum_), 0);
+  if (udp_checksum_ != 0) bytes::store_be16(frame_.subspan(udp_checksum_), 0);
 }
 
 }  // namespace driveline::slaves

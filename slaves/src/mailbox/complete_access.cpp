@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/slaves/bit_copy.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::slaves {
 namespace {
@@ -132,7 +132,7 @@ struct Download {
 
   SdoResult<void> write_all(const EntryRow* count, std::uint32_t last) const {
     if (count == nullptr) return write_entries(last);
-    return write(*count, wire::to_le_bytes<std::uint8_t>(0))
+    return write(*count, bytes::to_le_bytes<std::uint8_t>(0))
         .and_then([&] { return write_entries(last); })
         .and_then([&] { return write(*count, data.first<1>()); });
   }
@@ -191,7 +191,7 @@ SdoResult<void> download_complete(ObjectDictionary& dictionary, std::uint16_t in
   const auto* count = count_row(rows);
   if (first != 0 || (count != nullptr && !can_write(*count))) count = nullptr;
   if (count != nullptr && data.empty()) return tl::unexpected(SdoAbort::kLengthTooLow);
-  const auto last = count == nullptr ? last_subindex(dictionary, rows) : wire::load_le<std::uint8_t>(data);
+  const auto last = count == nullptr ? last_subindex(dictionary, rows) : bytes::load_le<std::uint8_t>(data);
   if (data.size() < Layout(rows, first).bytes(last)) return tl::unexpected(SdoAbort::kLengthTooLow);
   Snapshot before(dictionary, rows);
   const auto written = Download{dictionary, rows, first, phase, data, owner}.write_all(count, last);

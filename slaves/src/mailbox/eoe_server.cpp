@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::slaves {
 namespace {
@@ -92,7 +92,7 @@ EoeIpParameters factory_address(std::uint32_t serial_number) noexcept {
   constexpr std::byte kLocal{0x02};
   constexpr std::byte kEoe{0xE0};
   EoeIpParameters address;
-  const auto serial = wire::to_le_bytes(serial_number);
+  const auto serial = bytes::to_le_bytes(serial_number);
   address.mac = MacAddress{kLocal, kEoe, serial[3], serial[2], serial[1], serial[0]};
   address.ip = {192, 168, 39, 5};
   address.subnet_mask = {255, 255, 255, 0};
@@ -214,7 +214,7 @@ std::size_t EoeServer::send_stamp(std::span<std::byte> out) noexcept {
   header.time_appended = true;
   header.value = stamp_->header.value;
   header.encode(out.first<EoeHeader::kSize>());
-  wire::store_le(out.subspan<EoeHeader::kSize, EoeHeader::kTimeStampSize>(), stamp_->time_ns);
+  bytes::store_le(out.subspan<EoeHeader::kSize, EoeHeader::kTimeStampSize>(), stamp_->time_ns);
   stamp_.reset();
   return kLength;
 }

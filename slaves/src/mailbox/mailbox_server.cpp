@@ -13,7 +13,7 @@ namespace {
 /// Returns the counter, 1 to 7; 0: not used.
 std::uint8_t counter_of(std::span<const std::byte> mailbox) noexcept {
   if (mailbox.size() < MailboxHeader::kSize) return 0;
-  return (wire::load_le<std::uint8_t>(mailbox.subspan(5)) >> 4) & 7U;
+  return (bytes::load_le<std::uint8_t>(mailbox.subspan(5)) >> 4) & 7U;
 }
 
 }  // namespace

@@ -25,10 +25,10 @@ constexpr std::uint8_t kMaximum = 0x40;
 class Writer {
  public:
   explicit Writer(std::span<std::byte> out) noexcept : out_(out) {}
-  template <wire::WireInteger T>
+  template <bytes::Integer T>
   void put(T value) noexcept {
     if (out_.size() - used_ < sizeof(T)) return;
-    wire::store_le(out_.subspan(used_), value);
+    bytes::store_le(out_.subspan(used_), value);
     used_ += sizeof(T);
   }
   void put(std::string_view text) noexcept {
@@ -51,7 +51,7 @@ void put_header(SdoInfoOpCode op, std::size_t fragments_left, std::span<std::byt
 
 std::size_t error(SdoAbort code, std::span<std::byte> out) noexcept {
   put_header(SdoInfoOpCode::kError, 0, out);
-  wire::store_le(out.subspan(SdoInfoHeader::kSize), static_cast<std::uint32_t>(code));
+  bytes::store_le(out.subspan(SdoInfoHeader::kSize), static_cast<std::uint32_t>(code));
   return SdoInfoHeader::kSize + 4;
 }
 
@@ -101,14 +101,14 @@ std::size_t SdoInformation::handle(std::span<const std::byte> request, std::span
   switch (header->op_code) {
     case SdoInfoOpCode::kListRequest:
       if (data.size() < 2) break;
-      return list(wire::load_le<std::uint16_t>(data), out);
+      return list(bytes::load_le<std::uint16_t>(data), out);
     case SdoInfoOpCode::kObjectRequest:
       if (data.size() < 2) break;
-      return object(wire::load_le<std::uint16_t>(data), out);
+      return object(bytes::load_le<std::uint16_t>(data), out);
     case SdoInfoOpCode::kEntryRequest:
       if (data.size() < 4) break;
-      return entry(wire::load_le<std::uint16_t>(data), wire::load_le<std::uint8_t>(data.subspan(2)),
-                   wire::load_le<std::uint8_t>(data.subspan(3)), out);
+      return entry(bytes::load_le<std::uint16_t>(data), bytes::load_le<std::uint8_t>(data.subspan(2)),
+                   bytes::load_le<std::uint8_t>(data.subspan(3)), out);
     default:
       break;
   }
@@ -117,7 +117,7 @@ std::size_t SdoInformation::handle(std::span<const std::byte> request, std::span
 
 void SdoInformation::collect(std::uint16_t type) {
   const auto append = [this](std::uint16_t value) {
-    const auto bytes = wire::to_le_bytes(value);
+    const auto bytes = bytes::to_le_bytes(value);
     list_.insert(list_.end(), bytes.begin(), bytes.end());
   };
   append(type);

@@ -90,7 +90,7 @@ std::size_t SdoServer::handle(std::span<const std::byte> request, AccessPhase ph
 std::size_t SdoServer::abort(std::uint16_t index, std::uint8_t subindex, SdoAbort code, std::span<std::byte> out) {
   cancel();
   return put_header(
-      {command_byte(SdoResponseCommand::kAbort), index, subindex, wire::to_le_bytes(static_cast<std::uint32_t>(code))},
+      {command_byte(SdoResponseCommand::kAbort), index, subindex, bytes::to_le_bytes(static_cast<std::uint32_t>(code))},
       out);
 }
 
@@ -122,7 +122,7 @@ std::size_t SdoServer::initiate_upload(const SdoHeader& request, AccessPhase pha
   }
   response.command =
       command_byte(SdoResponseCommand::kInitiateUpload, static_cast<std::uint8_t>(SdoHeader::kSizeIndicated | flags));
-  response.data = wire::to_le_bytes(static_cast<std::uint32_t>(*size));
+  response.data = bytes::to_le_bytes(static_cast<std::uint32_t>(*size));
   const std::size_t first = std::min(*size, out.size() - SdoHeader::kSize);
   std::copy_n(buffer_.begin(), first, out.begin() + SdoHeader::kSize);
   if (first < *size) transfer_ = {Transfer::Kind::kUpload, address, false, *size, first};

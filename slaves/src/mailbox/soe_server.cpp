@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::slaves {
 namespace {
@@ -36,7 +36,7 @@ std::size_t send(const SoeHeader& header, std::span<const std::byte> data, std::
 
 std::size_t send_message(std::uint8_t drive, const SoeCommandChange& change, std::span<std::byte> out) noexcept {
   const SoeHeader header{SoeOpCode::kNotification, false, false, drive, wire::SoeElement::kState, change.idn.raw};
-  return send(header, wire::to_le_bytes(static_cast<std::uint16_t>(change.state)), out);
+  return send(header, bytes::to_le_bytes(static_cast<std::uint16_t>(change.state)), out);
 }
 
 std::size_t send_message(std::uint8_t drive, const wire::Emergency& emergency, std::span<std::byte> out) noexcept {
@@ -55,7 +55,7 @@ void SoeServer::stop() noexcept {
 std::size_t SoeServer::refuse(const SoeHeader& request, SoeError code, std::span<std::byte> out) {
   auto answer = answer_to(request);
   answer.error = true;
-  return send(answer, wire::to_le_bytes(static_cast<std::uint16_t>(code)), out);
+  return send(answer, bytes::to_le_bytes(static_cast<std::uint16_t>(code)), out);
 }
 
 tl::expected<std::size_t, MailboxErrorCode> SoeServer::request(const MailboxRequest& request,

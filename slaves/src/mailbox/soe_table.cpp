@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::slaves {
 namespace {
@@ -110,7 +110,7 @@ SoeAnswer<std::span<const std::byte>> number_of(const SoeRow& row, std::span<con
 SoeTable::SoeTable(std::vector<std::vector<SoeRow>> drives) : drives_(std::move(drives)) {
   for (auto& rows : drives_) {
     Bytes all;
-    for (const auto& row : rows) append(all, wire::to_le_bytes(row.idn.raw));
+    for (const auto& row : rows) append(all, bytes::to_le_bytes(row.idn.raw));
     const auto list = std::find_if(rows.begin(), rows.end(), [](const auto& row) { return row.idn == kListOfAll; });
     if (list != rows.end()) {
       list->capacity = static_cast<std::uint16_t>(all.size());
@@ -133,7 +133,7 @@ SoeAnswer<Bytes> SoeTable::read_element(const SoeAccess& access) {
   switch (access.element) {
     case SoeElement::kState: {
       if (!row->attribute.command) return tl::unexpected(SoeError::kNoState);
-      const auto state = wire::to_le_bytes(static_cast<std::uint16_t>(row->state));
+      const auto state = bytes::to_le_bytes(static_cast<std::uint16_t>(row->state));
       return Bytes(state.begin(), state.end());
     }
     case SoeElement::kName:
@@ -176,7 +176,7 @@ SoeAnswer<void> SoeTable::write_value(SoeRow& row, const SoeAccess& access, std:
 }
 
 SoeAnswer<void> SoeTable::command(SoeRow& row, std::uint8_t drive, std::span<const std::byte> data) {
-  const auto order = wire::load_le<std::uint16_t>(data);
+  const auto order = bytes::load_le<std::uint16_t>(data);
   if (order == wire::kSoeCommandCancel) {
     row.state = SoeCommandState::kNotSet;
   } else if (order != wire::kSoeCommandStart) {

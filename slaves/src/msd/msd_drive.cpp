@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/slaves/msd/core/drive_settings.hpp"
 #include "driveline/slaves/msd/device_layout.hpp"
 #include "driveline/slaves/msd/ethercat_values.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
@@ -145,8 +145,8 @@ void MsdDrive::eeprom_loaded(std::span<const std::byte> image, bool valid) noexc
   constexpr std::size_t kVendor = 0x10;  // byte offset in the EEPROM (ETG.1000.6 Table 16)
   constexpr std::size_t kProduct = 0x14;
   const bool own = valid && image.size() >= kProduct + sizeof(std::uint32_t) &&
-                   wire::load_le<std::uint32_t>(image.subspan(kVendor)) == kVendorId &&
-                   wire::load_le<std::uint32_t>(image.subspan(kProduct)) == facts(core_.variant()).product_code;
+                   bytes::load_le<std::uint32_t>(image.subspan(kVendor)) == kVendorId &&
+                   bytes::load_le<std::uint32_t>(image.subspan(kProduct)) == facts(core_.variant()).product_code;
   eeprom_good_ = own;
   if (!own) core_.raise(Fault::kEepromData);
 }

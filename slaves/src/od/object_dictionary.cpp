@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::slaves {
 namespace {
@@ -35,18 +35,18 @@ std::uint64_t load_number(esi::DataType type, std::span<const std::byte> data) n
   };
   switch (byte_size(type)) {
     case 1:
-      return extended(wire::load_le<std::uint8_t>(data));
+      return extended(bytes::load_le<std::uint8_t>(data));
     case 2:
-      return extended(wire::load_le<std::uint16_t>(data));
+      return extended(bytes::load_le<std::uint16_t>(data));
     case 4:
-      return extended(wire::load_le<std::uint32_t>(data));
+      return extended(bytes::load_le<std::uint32_t>(data));
     default:
-      return wire::load_le<std::uint64_t>(data);
+      return bytes::load_le<std::uint64_t>(data);
   }
 }
 
 void store_number(esi::DataType type, std::uint64_t raw, std::span<std::byte> out) noexcept {
-  const auto bytes = wire::to_le_bytes(raw);
+  const auto bytes = bytes::to_le_bytes(raw);
   std::copy_n(bytes.begin(), byte_size(type), out.begin());
 }
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/slaves/bit_copy.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::slaves {
 namespace {
@@ -151,13 +151,13 @@ std::uint64_t load_field(const PdoMap::Field& field, std::span<const std::byte> 
   std::uint64_t value = 0;
   switch (whole_bytes(field)) {
     case 1:
-      value = wire::load_le<std::uint8_t>(bytes);
+      value = bytes::load_le<std::uint8_t>(bytes);
       break;
     case 2:
-      value = wire::load_le<std::uint16_t>(bytes);
+      value = bytes::load_le<std::uint16_t>(bytes);
       break;
     case 4:
-      value = wire::load_le<std::uint32_t>(bytes);
+      value = bytes::load_le<std::uint32_t>(bytes);
       break;
     default:
       value = load_bits(data, field.bit_offset, field.bits);
@@ -170,11 +170,11 @@ void store_field(const PdoMap::Field& field, std::uint64_t value, std::span<std:
   const auto bytes = data.subspan(field.bit_offset / 8);
   switch (whole_bytes(field)) {
     case 1:
-      return wire::store_le(bytes, static_cast<std::uint8_t>(value));
+      return bytes::store_le(bytes, static_cast<std::uint8_t>(value));
     case 2:
-      return wire::store_le(bytes, static_cast<std::uint16_t>(value));
+      return bytes::store_le(bytes, static_cast<std::uint16_t>(value));
     case 4:
-      return wire::store_le(bytes, static_cast<std::uint32_t>(value));
+      return bytes::store_le(bytes, static_cast<std::uint32_t>(value));
     default:
       return store_bits(data, field.bit_offset, field.bits, value);
   }
@@ -259,22 +259,22 @@ void PdoMap::decode(std::span<const std::byte> data, ObjectDictionary& dictionar
         decode_field(fields_[step.place], data, dictionary);
         break;
       case Copy::kUnsigned8:
-        set(step, wire::load_le<std::uint8_t>(bytes()));
+        set(step, bytes::load_le<std::uint8_t>(bytes()));
         break;
       case Copy::kSigned8:
-        set(step, wire::load_le<std::int8_t>(bytes()));
+        set(step, bytes::load_le<std::int8_t>(bytes()));
         break;
       case Copy::kUnsigned16:
-        set(step, wire::load_le<std::uint16_t>(bytes()));
+        set(step, bytes::load_le<std::uint16_t>(bytes()));
         break;
       case Copy::kSigned16:
-        set(step, wire::load_le<std::int16_t>(bytes()));
+        set(step, bytes::load_le<std::int16_t>(bytes()));
         break;
       case Copy::kUnsigned32:
-        set(step, wire::load_le<std::uint32_t>(bytes()));
+        set(step, bytes::load_le<std::uint32_t>(bytes()));
         break;
       case Copy::kSigned32:
-        set(step, wire::load_le<std::int32_t>(bytes()));
+        set(step, bytes::load_le<std::int32_t>(bytes()));
         break;
     }
   }
@@ -293,15 +293,15 @@ void PdoMap::encode(const ObjectDictionary& dictionary, std::span<std::byte> dat
         break;
       case Copy::kUnsigned8:
       case Copy::kSigned8:
-        wire::store_le(bytes(), static_cast<std::uint8_t>(dictionary.raw(step.slot)));
+        bytes::store_le(bytes(), static_cast<std::uint8_t>(dictionary.raw(step.slot)));
         break;
       case Copy::kUnsigned16:
       case Copy::kSigned16:
-        wire::store_le(bytes(), static_cast<std::uint16_t>(dictionary.raw(step.slot)));
+        bytes::store_le(bytes(), static_cast<std::uint16_t>(dictionary.raw(step.slot)));
         break;
       case Copy::kUnsigned32:
       case Copy::kSigned32:
-        wire::store_le(bytes(), static_cast<std::uint32_t>(dictionary.raw(step.slot)));
+        bytes::store_le(bytes(), static_cast<std::uint32_t>(dictionary.raw(step.slot)));
         break;
     }
   }

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::slaves {
 namespace {
@@ -48,8 +48,8 @@ struct Category {
 /// Returns the category at `offset`; kEnd behind the last one.
 Category category_at(std::span<const std::byte> image, std::size_t offset) noexcept {
   if (offset + kCategoryHeader > image.size()) return {};
-  const auto type = wire::load_le<std::uint16_t>(image.subspan(offset));
-  const std::size_t bytes = 2 * std::size_t{wire::load_le<std::uint16_t>(image.subspan(offset + 2))};
+  const auto type = bytes::load_le<std::uint16_t>(image.subspan(offset));
+  const std::size_t bytes = 2 * std::size_t{bytes::load_le<std::uint16_t>(image.subspan(offset + 2))};
   const auto end = std::min(offset + kCategoryHeader + bytes, image.size());
   return {type, offset, end};
 }

@@ -55,7 +55,7 @@ std::vector<std::byte> abort_message(const SdoRefusal& refusal) {
   sdo.command = command_byte(wire::SdoRequestCommand::kAbort);
   sdo.index = refusal.request.index;
   sdo.subindex = refusal.request.subindex;
-  sdo.data = wire::to_le_bytes(refusal.abort_code);
+  sdo.data = bytes::to_le_bytes(refusal.abort_code);
   return sdo_message(CoeService::kSdoRequest, sdo);
 }
 
@@ -72,7 +72,7 @@ std::vector<std::byte> stale_answer() {
   SdoHeader sdo;
   sdo.command = wire::expedited_command(static_cast<std::uint8_t>(wire::SdoResponseCommand::kInitiateUpload), 4);
   sdo.index = 0x1000;
-  sdo.data = wire::to_le_bytes(std::uint32_t{0x00020192});
+  sdo.data = bytes::to_le_bytes(std::uint32_t{0x00020192});
   return sdo_message(CoeService::kSdoResponse, sdo);
 }
 

@@ -35,7 +35,7 @@ TEST(DrivesWithClocks, AreToldInTheirObjectsAndRunThePath) {
     EXPECT_EQ(coe.upload_as<std::uint16_t>(0x1C33, 1), 2) << "drive " << i;
     EXPECT_EQ(drives.slave(i).esc().memory().get(wire::reg::kDcActivation), 3) << "drive " << i;
   }
-  EXPECT_TRUE(operation.run_until(ecat_master::MotionPhase::kHolding, std::chrono::seconds{5}));
+  EXPECT_TRUE(operation.run_until(motion::MotionPhase::kHolding, std::chrono::seconds{5}));
   EXPECT_TRUE(operation.master().clock_follower()->status().locked);
   EXPECT_EQ(sentence(operation.master().shut_down()), "");
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(drives.slave(i).esc().memory().get(wire::reg::kDcActivation), 0) << i;
@@ -53,7 +53,7 @@ TEST(DrivesWithClocks, RunWithSync0FinerThanTheCycle) {
     for (auto& slave : plan.slaves) slave.signals.sync0_cycle = sync0;
     operation.master().use_clocks(plan);
     ASSERT_EQ(sentence(operation.to_motion()), "");
-    ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kHolding, seconds{5}));
+    ASSERT_TRUE(operation.run_until(motion::MotionPhase::kHolding, seconds{5}));
     for (std::size_t i = 0; i < 2; ++i) {
       CoeClient coe(*operation.master().mailbox(i));
       EXPECT_EQ(coe.upload_as<std::uint32_t>(0x1C32, 2), static_cast<std::uint32_t>(1000 * sync0.count()))
@@ -72,13 +72,12 @@ TEST(DrivesWithClocks, HaveTheFollowingErrorThatTheyReport) {
     DriveLine drives(2);
     RunOptions options;
     options.period = period;
-    options.setpoint_delay_cycles =
-        ecat_master::setpoint_delay_cycles({period, 1, ecat_master::kSplinePeriods, period / 2});
+    options.setpoint_delay_cycles = motion::setpoint_delay_cycles({period, 1, motion::kSplinePeriods, period / 2});
     LineOperation operation(drives, options);
     operation.master().use_clocks(plan_for(2, period));
     follow_path(operation);
     operation.axis_samples.clear();
-    ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kHolding, seconds{2}));
+    ASSERT_TRUE(operation.run_until(motion::MotionPhase::kHolding, seconds{2}));
     double difference = 0.0;
     for (const auto& sample : operation.axis_samples) {
       difference = std::max(difference, std::abs(sample.following_error - sample.drive_following_error));

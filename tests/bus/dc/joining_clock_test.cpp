@@ -148,7 +148,9 @@ class SlowActivation final : public PassingPort {
   /// Ethernet and EtherCAT header are 16 bytes; a datagram has 10 of header and 2 of working counter around its data.
   [[nodiscard]] bool activates(std::span<const std::byte> frame) const noexcept {
     for (std::size_t at = 16; at + 12 <= frame.size();) {
-      const auto word = [&](std::size_t offset) { return wire::load_le<std::uint16_t>(frame.subspan(at + offset, 2)); };
+      const auto word = [&](std::size_t offset) {
+        return bytes::load_le<std::uint16_t>(frame.subspan(at + offset, 2));
+      };
       if (frame[at] == static_cast<std::byte>(wire::Command::kFpwr) && word(2) == station_ &&
           word(4) == wire::reg::kDcActivation.address) {
         return true;

@@ -19,7 +19,7 @@ namespace {
 
 using ecat_master::LineEvent;
 using ecat_master::LineSupervisor;
-using ecat_master::MotionPhase;
+using motion::MotionPhase;
 using slaves::Fault;
 using slaves::FaultDirection;
 using slaves::FaultKind;

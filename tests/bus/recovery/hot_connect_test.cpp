@@ -31,7 +31,7 @@ class HotConnected : public testing::Test {
     ASSERT_EQ(sentence(master->configure(plans)), "");
     ecat_master::CyclicCore::Settings settings;
     const auto started = master->start_cycle(nullptr, {}, settings, [this](ecat_master::CyclicCore& core) {
-      return std::make_unique<ecat_master::InlineRunner>(core, line->clock);
+      return std::make_unique<motion::InlineRunner>(core, line->clock);
     });
     ASSERT_TRUE(started.has_value());
     ASSERT_EQ(sentence(master->go_operational()), "");

@@ -10,11 +10,11 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::AxisPresence;
 using ecat_master::LineSupervisor;
-using ecat_master::LossPolicy;
-using ecat_master::MotionFailure;
-using ecat_master::MotionPhase;
+using motion::AxisPresence;
+using motion::LossPolicy;
+using motion::MotionFailure;
+using motion::MotionPhase;
 using wire::AlState;
 
 constexpr std::size_t kDrives = 4;
@@ -23,7 +23,7 @@ constexpr std::size_t kLast = kDrives - 1;
 class MissingAxis : public testing::Test {
  protected:
   void start(LossPolicy policy, bool repeat = true, bool relative = false,
-             ecat_master::cia402::Mode mode = ecat_master::cia402::Mode::kCyclicPosition) {
+             motion::cia402::Mode mode = motion::cia402::Mode::kCyclicPosition) {
     RunOptions options;
     options.on_loss = policy;
     options.repeat = repeat;
@@ -75,7 +75,7 @@ class MissingAxis : public testing::Test {
     return done();
   }
   [[nodiscard]] AxisPresence presence(std::size_t axis) const { return operation->motion().presence(axis); }
-  ecat_master::Motion& motion() { return operation->motion(); }
+  motion::Motion& motion() { return operation->motion(); }
 
   DriveLine drives{kDrives};
   std::unique_ptr<LineOperation> operation;
@@ -146,7 +146,7 @@ TEST_F(MissingAxis, IsLeftBehindByTheOthersAndCatchesUp) {
 
 /// The master closes its loops, with a delay.
 TEST_F(MissingAxis, InCstComesBackGently) {
-  start(LossPolicy::kContinue, true, false, ecat_master::cia402::Mode::kCyclicTorque);
+  start(LossPolicy::kContinue, true, false, motion::cia402::Mode::kCyclicTorque);
   drives.line().set_power(kLast, false);
   live(milliseconds{260});
   drives.line().set_power(kLast, true);

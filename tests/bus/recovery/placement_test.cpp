@@ -12,11 +12,11 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::AxisPresence;
 using ecat_master::LineSupervisor;
-using ecat_master::LossPolicy;
-using ecat_master::MotionFailure;
-using ecat_master::MotionPhase;
+using motion::AxisPresence;
+using motion::LossPolicy;
+using motion::MotionFailure;
+using motion::MotionPhase;
 using wire::AlState;
 
 constexpr std::size_t kSerialByte = 28;  // words 14 and 15 of the EEPROM
@@ -258,7 +258,7 @@ class WithoutWiring : public Placement {
         const bool dl_status = wire::is_logical(header.command) == false &&
                                header.address.ado() == wire::reg::kDlStatus.address && datagram->data.size() == 2;
         // All four ports open, which is impossible for a line of several slaves.
-        if (dl_status) wire::store_le<std::uint16_t>(datagram->data, 0xAAF1);
+        if (dl_status) bytes::store_le<std::uint16_t>(datagram->data, 0xAAF1);
       }
     });
     run(*port);

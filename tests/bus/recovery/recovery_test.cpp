@@ -11,7 +11,7 @@ namespace {
 
 using ecat_master::LineEvent;
 using ecat_master::LineSupervisor;
-using ecat_master::MotionPhase;
+using motion::MotionPhase;
 using wire::AlState;
 using Kind = LineEvent::Kind;
 
@@ -55,8 +55,8 @@ class Recovery : public testing::Test {
   }
 
   /// Counts the cycles in which the data of a slave were not valid.
-  struct Watch final : ecat_master::CycleTask {
-    void update(const ecat_master::TaskCycle& now) noexcept override {
+  struct Watch final : motion::CycleTask {
+    void update(const motion::TaskCycle& now) noexcept override {
       const auto valid = now.valid;
       ++cycles;
       for (std::size_t i = 0; i < valid.size(); ++i) invalid[i] += valid[i] ? 0 : 1;

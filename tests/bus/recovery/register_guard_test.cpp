@@ -35,7 +35,7 @@ class RegisterGuard : public testing::Test {
   /// Writes a register like another sender on the wire.
   template <typename T>
   void overwrite(std::size_t slave, std::uint16_t address, T value) {
-    const auto bytes = wire::to_le_bytes(value);
+    const auto bytes = bytes::to_le_bytes(value);
     const auto ref = operation->master().slaves()[slave].info.ref;
     ASSERT_EQ(sentence(operation->master().bus().write(ref, address, bytes)), "");
     changed = drives->slave(slave).esc().memory().at(address, sizeof(T))[0];
@@ -252,8 +252,8 @@ TEST_F(RegisterGuard, ASlaveInSafeOpWithAWrongFmmuIsConfiguredAnew) {
 }
 
 TEST_F(RegisterGuard, TheOthersLoseNoCycle) {
-  struct Watch final : ecat_master::CycleTask {
-    void update(const ecat_master::TaskCycle& now) noexcept override {
+  struct Watch final : motion::CycleTask {
+    void update(const motion::TaskCycle& now) noexcept override {
       const auto valid = now.valid;
       for (const std::size_t i : {0U, 1U, 3U}) invalid += valid[i] ? 0 : 1;
     }

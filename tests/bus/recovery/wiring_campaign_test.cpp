@@ -391,8 +391,8 @@ class WiredRun {
   }
 
   /// Counts the cycles in which the data of a slave were not valid.
-  struct Watch final : ecat_master::CycleTask {
-    void update(const ecat_master::TaskCycle& now) noexcept override {
+  struct Watch final : motion::CycleTask {
+    void update(const motion::TaskCycle& now) noexcept override {
       const auto valid = now.valid;
       for (std::size_t i = 0; i < valid.size(); ++i) invalid[i] += valid[i] ? 0 : 1;
     }

@@ -8,8 +8,8 @@
 #include <string>
 #include <tl/expected.hpp>
 
-#include "driveline/ecat_master/cyclic/cycle_runner.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
+#include "driveline/motion/cycle/cycle_runner.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/rt/thread_usage.hpp"
@@ -53,7 +53,7 @@ class PageFaultLedger {
 
 /// Counts every cycle in a ledger: open(), close() and `cycles`.
 template <typename Ledger>
-class CountedRunner final : public ecat_master::CycleRunner {
+class CountedRunner final : public motion::CycleRunner {
  public:
   CountedRunner(ecat_master::CyclicCore& core, rt::Clock& clock, Ledger& ledger)
       : core_(core), clock_(clock), timer_(clock, core.settings().period), ledger_(ledger) {}

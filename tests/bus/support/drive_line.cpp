@@ -135,8 +135,8 @@ LineOperation::LineOperation(DriveLine& drives, port::Port& port, const RunOptio
       axis_ring_(options.samples ? kRingSamples : 1),
       master_(std::make_unique<ecat_master::Master>(port_, drives.clock, master_settings())) {}
 
-ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptions& options) {
-  ecat_master::AxisConfig config;
+motion::AxisConfig LineOperation::axis(std::size_t position, const RunOptions& options) {
+  motion::AxisConfig config;
   config.name = "axis" + std::to_string(position);
   config.slave = position;
   config.mode = options.mode;
@@ -159,7 +159,7 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.feed_forward = options.feed_forward;
   config.reversed = options.reversed;
   config.compensation = options.compensation;
-  if (config.compensation) config.limits = ecat_master::limits_of_motion(config.limits, *config.compensation);
+  if (config.compensation) config.limits = motion::limits_of_motion(config.limits, *config.compensation);
   return config;
 }
 
@@ -176,17 +176,17 @@ ecat_master::Result<void> LineOperation::to_safe_op() {
   return master_->configure(plans());
 }
 
-ecat_master::MotionControl& LineOperation::make_motion() {
+motion::MotionControl& LineOperation::make_motion() {
   auto axes = runtime::make_axes(config_, *master_);
   if (options_.single_axes) {
     for (const auto& config : options_.virtual_axes) axes.emplace_back(config);
-    ecat_master::SingleAxes::Settings settings;
+    motion::SingleAxes::Settings settings;
     settings.period = options_.period;
     settings.bad_cycle_limit = options_.max_lost_cycles;
     settings.enable_timeout = options_.enable_timeout;
     settings.homing_timeout = options_.homing_timeout;
     settings.target_timeout = options_.target_timeout;
-    single_axes_ = std::make_unique<ecat_master::SingleAxes>(std::move(axes), settings);
+    single_axes_ = std::make_unique<motion::SingleAxes>(std::move(axes), settings);
     if (options_.feed != nullptr) {
       std::vector<std::size_t> fed(options_.feed->axis_count());
       std::iota(fed.begin(), fed.end(), std::size_t{0});
@@ -196,8 +196,8 @@ ecat_master::MotionControl& LineOperation::make_motion() {
   }
   auto settings = runtime::motion_settings(config_);
   settings.enable_timeout = options_.enable_timeout;
-  motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), make_path(drives_.size(), options_.amplitude_rad),
-                                                  settings);
+  motion_ =
+      std::make_unique<motion::Motion>(std::move(axes), make_path(drives_.size(), options_.amplitude_rad), settings);
   return *motion_;
 }
 
@@ -212,11 +212,11 @@ void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
   if (options_.copies) settings.copies = options_.copies(*master_);
   if (!make_runner) {
     make_runner = [this](ecat_master::CyclicCore& core) {
-      return std::make_unique<ecat_master::InlineRunner>(core, drives_.clock);
+      return std::make_unique<motion::InlineRunner>(core, drives_.clock);
     };
   }
-  const ecat_master::SampleRings rings =
-      options_.samples ? ecat_master::SampleRings{&line_ring_, &axis_ring_} : ecat_master::SampleRings{};
+  const motion::SampleRings rings =
+      options_.samples ? motion::SampleRings{&line_ring_, &axis_ring_} : motion::SampleRings{};
   const auto started = master_->start_cycle(&motion, rings, settings, make_runner);
   if (!started) throw std::runtime_error(started.error().message());
 }
@@ -258,7 +258,7 @@ void LineOperation::run(nanoseconds duration) {
   } while (drives_.clock.now() < end);
 }
 
-bool LineOperation::run_until(ecat_master::MotionPhase phase, nanoseconds limit) {
+bool LineOperation::run_until(motion::MotionPhase phase, nanoseconds limit) {
   const auto end = drives_.clock.now() + limit;
   while (motion_->phase() != phase && drives_.clock.now() < end) cycle();
   return motion_->phase() == phase;

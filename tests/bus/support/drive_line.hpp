@@ -4,11 +4,11 @@
 #include <memory>
 #include <vector>
 
-#include "driveline/ecat_master/axis/axis_compensation.hpp"
-#include "driveline/ecat_master/axis/feed_forward.hpp"
-#include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/ecat_master/single_axis/single_axes.hpp"
+#include "driveline/motion/axis/axis_compensation.hpp"
+#include "driveline/motion/axis/feed_forward.hpp"
+#include "driveline/motion/path/motion.hpp"
+#include "driveline/motion/single_axis/single_axes.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/slaves/line/simulated_line.hpp"
@@ -52,7 +52,7 @@ class DriveLine {
 struct RunOptions {
   nanoseconds period = microseconds{125};
   ecat_master::ReceiveStrategy receive{};  ///< waiting strategy of the cycle for its answers
-  ecat_master::cia402::Mode mode = ecat_master::cia402::Mode::kCyclicPosition;
+  motion::cia402::Mode mode = motion::cia402::Mode::kCyclicPosition;
   bool repeat = false;
   bool relative = false;  ///< the path is relative to the initial positions
   nanoseconds enable_timeout = std::chrono::seconds{2};
@@ -63,21 +63,21 @@ struct RunOptions {
   bool every_third_without_lrw = false;                       ///< drives 1, 4, 7 ... take no LRW
   std::size_t acyclic_bytes = 0;                              ///< bytes that the process data leave for acyclic frames
   slaves::msd::Variant variant = slaves::msd::Variant::kMsd;  ///< expected variant
-  ecat_master::CycleTask* task = nullptr;
-  ecat_master::TaskTiming::Order task_order = ecat_master::TaskTiming::Order::kBeforeMotion;
+  motion::CycleTask* task = nullptr;
+  motion::TaskTiming::Order task_order = motion::TaskTiming::Order::kBeforeMotion;
   std::vector<std::size_t> hot_connect{};  ///< drives of a hot-connect group
   ecat_master::FlightRecorder* recorder = nullptr;
-  ecat_master::CycleTrace* trace = nullptr;
+  motion::CycleTrace* trace = nullptr;
   /// Process data copied from slave to slave, in the image of the line.
   std::function<std::vector<ecat_master::ProcessDataCopy>(const ecat_master::Master&)> copies{};
-  ecat_master::LossPolicy on_loss = ecat_master::LossPolicy::kStop;  ///< loss policy of every axis
-  ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;     ///< late policy of the path
-  std::uint32_t max_lost_cycles = 8;                                 ///< LineConfig::max_lost_cycles
-  std::vector<ecat_master::StartupSdo> startup{};                    ///< start-up SDOs of every drive, after its own
-  bool plan_serials = false;                      ///< the plan names the serial number of every drive
-  std::optional<double> setpoint_delay_cycles{};  ///< setpoint delay of every axis
+  motion::LossPolicy on_loss = motion::LossPolicy::kStop;  ///< loss policy of every axis
+  motion::LatePolicy late = motion::LatePolicy::kStay;     ///< late policy of the path
+  std::uint32_t max_lost_cycles = 8;                       ///< LineConfig::max_lost_cycles
+  std::vector<motion::StartupSdo> startup{};               ///< start-up SDOs of every drive, after its own
+  bool plan_serials = false;                               ///< the plan names the serial number of every drive
+  std::optional<double> setpoint_delay_cycles{};           ///< setpoint delay of every axis
   /// PDOs of every axis; none: axis_pdo_configuration()
-  std::optional<ecat_master::PdoConfiguration> pdos{};
+  std::optional<motion::PdoConfiguration> pdos{};
   bool single_axes = false;   ///< each axis is commanded individually (SingleAxes), instead of along the path
   bool adds_offsets = false;  ///< AxisConfig::adds_offsets of every axis
   bool follow_bit = true;     ///< AxisConfig::follow_bit of every axis
@@ -90,18 +90,18 @@ struct RunOptions {
   /// AxisConfig::range_min and range_max of every axis
   std::int32_t range_min = 0;
   std::int32_t range_max = 0;
-  std::optional<double> modulo{};           ///< AxisConfig::modulo of every axis
-  ecat_master::FeedForward feed_forward{};  ///< feed-forward of every axis
-  bool reversed = false;                    ///< AxisConfig::reversed of every axis
-  double velocity_count = 0.0;              ///< AxisConfig::velocity_count of every axis
+  std::optional<double> modulo{};      ///< AxisConfig::modulo of every axis
+  motion::FeedForward feed_forward{};  ///< feed-forward of every axis
+  bool reversed = false;               ///< AxisConfig::reversed of every axis
+  double velocity_count = 0.0;         ///< AxisConfig::velocity_count of every axis
   /// Compensation of every axis, which reduces the limits left for its motions.
-  std::shared_ptr<const ecat_master::CompensationSettings> compensation{};
+  std::shared_ptr<const motion::CompensationSettings> compensation{};
   bool knows_torques = true;          ///< every axis has an inertia and a velocity gain
   bool accept_swapped_ports = false;  ///< IN and OUT of a slave may be swapped
   bool samples = true;                ///< LineOperation::axis_samples and line_samples are taken
   /// With `single_axes`: axes that follow those of the drives.
-  std::vector<ecat_master::AxisConfig> virtual_axes{};
-  ecat_master::SetpointFeed* feed = nullptr;  ///< with `single_axes`: feed of the first axes
+  std::vector<motion::AxisConfig> virtual_axes{};
+  motion::SetpointFeed* feed = nullptr;  ///< with `single_axes`: feed of the first axes
 };
 
 /// A master that moves all drives of a line along a path of raised cosines, each axis with its own amplitude; composed
@@ -119,7 +119,7 @@ class LineOperation {
   [[nodiscard]] static runtime::LineConfig describe(std::size_t drives, const RunOptions& options);
   [[nodiscard]] static ecat_master::SlavePlan plan(std::size_t position, const RunOptions& options);
   [[nodiscard]] std::vector<ecat_master::SlavePlan> plans() const;
-  [[nodiscard]] static ecat_master::AxisConfig axis(std::size_t position, const RunOptions& options);
+  [[nodiscard]] static motion::AxisConfig axis(std::size_t position, const RunOptions& options);
 
   /// Scans and configures the line; every step must succeed before the next is tried.
   [[nodiscard]] ecat_master::Result<void> to_safe_op();
@@ -134,12 +134,12 @@ class LineOperation {
   /// Runs exactly one cycle.
   void cycle() { run(nanoseconds{1}); }
   /// Runs cycles until the motion is in `phase`, at most for `limit`; false: it did not get there.
-  [[nodiscard]] bool run_until(ecat_master::MotionPhase phase, nanoseconds limit);
+  [[nodiscard]] bool run_until(motion::MotionPhase phase, nanoseconds limit);
 
   [[nodiscard]] ecat_master::Master& master() noexcept { return *master_; }
-  [[nodiscard]] ecat_master::Motion& motion() noexcept { return *motion_; }
+  [[nodiscard]] motion::Motion& motion() noexcept { return *motion_; }
   /// Only with RunOptions::single_axes.
-  [[nodiscard]] ecat_master::SingleAxes& single_axes() noexcept { return *single_axes_; }
+  [[nodiscard]] motion::SingleAxes& single_axes() noexcept { return *single_axes_; }
   [[nodiscard]] const ecat_master::CycleStatistics& statistics() noexcept { return master_->core()->statistics(); }
 
   std::vector<snapshot::AxisSample> axis_samples;
@@ -147,7 +147,7 @@ class LineOperation {
 
  private:
   [[nodiscard]] ecat_master::Master::Settings master_settings() const;
-  [[nodiscard]] ecat_master::MotionControl& make_motion();
+  [[nodiscard]] motion::MotionControl& make_motion();
   void drain();
   void trace();
 
@@ -158,9 +158,9 @@ class LineOperation {
   runtime::LineConfig config_;
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
-  std::unique_ptr<ecat_master::Motion> motion_;
-  std::unique_ptr<ecat_master::SingleAxes> single_axes_;
-  ecat_master::TaskSchedule tasks_;
+  std::unique_ptr<motion::Motion> motion_;
+  std::unique_ptr<motion::SingleAxes> single_axes_;
+  motion::TaskSchedule tasks_;
   std::unique_ptr<ecat_master::Master> master_;
 };
 

@@ -52,7 +52,7 @@ class LayoutTest : public testing::TestWithParam<LayoutCase> {
   void start(port::Port& port, const RunOptions& run = options()) {
     operation = std::make_unique<LineOperation>(drives, port, run);
     ASSERT_EQ(sentence(operation->to_motion()), "");
-    ASSERT_TRUE(operation->run_until(ecat_master::MotionPhase::kFollowing, std::chrono::seconds{2}));
+    ASSERT_TRUE(operation->run_until(motion::MotionPhase::kFollowing, std::chrono::seconds{2}));
     operation->run(milliseconds{50});
   }
   ecat_master::CyclicCore& core() { return *operation->master().core(); }

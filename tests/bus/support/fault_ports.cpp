@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::bus_test {
 
@@ -81,7 +81,7 @@ std::optional<port::ReceivedFrame> ChangingPort::receive() noexcept {
 
 FirstDatagram first_datagram(std::span<const std::byte> frame) noexcept {
   constexpr std::size_t kHeader = 16;
-  auto word = [&](std::size_t at) { return wire::load_le<std::uint16_t>(frame.subspan(kHeader + at, 2)); };
+  auto word = [&](std::size_t at) { return bytes::load_le<std::uint16_t>(frame.subspan(kHeader + at, 2)); };
   return {static_cast<wire::Command>(frame[kHeader]), word(2), word(4), frame.subspan(kHeader + 10, word(6) & 0x7FFU)};
 }
 

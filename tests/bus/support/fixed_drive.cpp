@@ -79,12 +79,11 @@ esi::DeviceDescription description() {
   return device;
 }
 
-std::vector<ecat_master::PdoMapping> mappings(const std::vector<esi::Pdo>& known,
-                                              const std::vector<std::uint16_t>& wanted) {
-  std::vector<ecat_master::PdoMapping> all;
+std::vector<motion::PdoMapping> mappings(const std::vector<esi::Pdo>& known, const std::vector<std::uint16_t>& wanted) {
+  std::vector<motion::PdoMapping> all;
   for (const auto index : wanted) {
     const auto found = std::find_if(known.begin(), known.end(), [=](const esi::Pdo& p) { return p.index == index; });
-    auto& mapping = all.emplace_back(ecat_master::PdoMapping{index, {}});
+    auto& mapping = all.emplace_back(motion::PdoMapping{index, {}});
     for (const auto& e : found->entries) mapping.objects.push_back({e.index, e.subindex, e.bit_length});
   }
   return all;

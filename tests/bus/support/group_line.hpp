@@ -10,20 +10,20 @@
 #include <numeric>
 #include <vector>
 
-#include "driveline/ecat_master/group/axis_groups.hpp"
+#include "driveline/motion/group/axis_groups.hpp"
 #include "single_line.hpp"
 
 namespace driveline::bus_test {
 
-using ecat_master::AxisGroups;
-using ecat_master::AxisGroupSettings;
-using ecat_master::GroupBuffer;
-using ecat_master::GroupCommand;
-using ecat_master::GroupError;
-using ecat_master::GroupMove;
-using ecat_master::GroupReport;
-using ecat_master::GroupRequestReport;
-using ecat_master::GroupState;
+using motion::AxisGroups;
+using motion::AxisGroupSettings;
+using motion::GroupBuffer;
+using motion::GroupCommand;
+using motion::GroupError;
+using motion::GroupMove;
+using motion::GroupReport;
+using motion::GroupRequestReport;
+using motion::GroupState;
 using trajectory::GroupVector;
 using trajectory::PathMove;
 

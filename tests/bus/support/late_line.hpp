@@ -10,7 +10,7 @@
 
 #include "demand_judge.hpp"
 #include "drive_line.hpp"
-#include "driveline/ecat_master/cyclic/master_absence.hpp"
+#include "driveline/motion/control/master_absence.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
 #include "fault_ports.hpp"
 #include "startup_objects.hpp"
@@ -33,9 +33,9 @@ class LateLine {
         operation(drives, port, options) {
     for (std::size_t i = 0; i < axes; ++i) judges.emplace_back(drives, i, LineOperation::axis(i, options).limits);
     EXPECT_EQ(sentence(operation.to_motion()), "");
-    EXPECT_TRUE(operation.run_until(ecat_master::MotionPhase::kFollowing, std::chrono::seconds{2}));
+    EXPECT_TRUE(operation.run_until(motion::MotionPhase::kFollowing, std::chrono::seconds{2}));
     settle();
-    ecat_master::MasterAbsence before;
+    motion::MasterAbsence before;
     while (operation.master().core()->take_absence(before)) continue;
   }
 
@@ -80,9 +80,9 @@ class LateLine {
     cycles(frames);
     lose_out = lose_back = false;
   }
-  [[nodiscard]] std::vector<ecat_master::MasterAbsence> absences() {
-    std::vector<ecat_master::MasterAbsence> all;
-    ecat_master::MasterAbsence absence;
+  [[nodiscard]] std::vector<motion::MasterAbsence> absences() {
+    std::vector<motion::MasterAbsence> all;
+    motion::MasterAbsence absence;
     while (operation.master().core()->take_absence(absence)) all.push_back(absence);
     return all;
   }

@@ -62,7 +62,7 @@ class MovableGroup {
     if (auto done = master.scan(); !done) return done;
     if (auto done = master.configure(std::move(plans)); !done) return done;
     const auto started = master.start_cycle(nullptr, {}, {}, [this](ecat_master::CyclicCore& core) {
-      return std::make_unique<ecat_master::InlineRunner>(core, line.clock);
+      return std::make_unique<motion::InlineRunner>(core, line.clock);
     });
     if (!started) throw std::runtime_error(started.error().message());
     if (auto done = master.go_operational(); !done) return done;

@@ -25,19 +25,19 @@ inline RunOptions profile_options(slaves::msd::Variant variant = slaves::msd::Va
 /// Options with 6081h and 6083h mapped.
 inline RunOptions mapped_options() {
   auto options = profile_options();
-  options.pdos = ecat_master::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
-                                                {0x1601, {{0x60FF, 0, 32}, {0x6081, 0, 32}}},
-                                                {0x1602, {{0x6083, 0, 32}}}},
-                                               {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
-                                                {0x1A01, {{0x606C, 0, 32}, {0x60F4, 0, 32}}},
-                                                {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}}}}};
+  options.pdos = motion::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
+                                           {0x1601, {{0x60FF, 0, 32}, {0x6081, 0, 32}}},
+                                           {0x1602, {{0x6083, 0, 32}}}},
+                                          {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
+                                           {0x1A01, {{0x606C, 0, 32}, {0x60F4, 0, 32}}},
+                                           {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}}}}};
   return options;
 }
 
 /// Options with 6042h mapped, which counts in revolutions per minute.
 inline RunOptions velocity_mode_options(slaves::msd::Variant variant = slaves::msd::Variant::kMsd) {
   auto options = profile_options(variant);
-  options.pdos = ecat_master::PdoConfiguration{
+  options.pdos = motion::PdoConfiguration{
       {{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}}, {0x1601, {{0x60FF, 0, 32}, {0x6042, 0, 16}}}},
       {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
        {0x1A01, {{0x606C, 0, 32}, {0x60F4, 0, 32}}},
@@ -62,7 +62,7 @@ inline AxisRequest at(double velocity) {
 class ProfileLine : public SingleLine {
  public:
   explicit ProfileLine(const RunOptions& options = profile_options()) : SingleLine(1, options) { enable(); }
-  [[nodiscard]] ecat_master::AxisReport now() { return axes().axis_report(0); }
+  [[nodiscard]] motion::AxisReport now() { return axes().axis_report(0); }
   /// Expects that the axis is usable.
   void expect_use() {
     cycles(200);

@@ -15,13 +15,13 @@
 
 namespace driveline::bus_test {
 
-using ecat_master::AxisCommand;
-using ecat_master::AxisError;
-using ecat_master::AxisRequest;
-using ecat_master::BufferMode;
-using ecat_master::PlcopenState;
-using ecat_master::RequestPhase;
-using ecat_master::RequestReport;
+using motion::AxisCommand;
+using motion::AxisError;
+using motion::AxisRequest;
+using motion::BufferMode;
+using motion::PlcopenState;
+using motion::RequestPhase;
+using motion::RequestReport;
 
 inline constexpr nanoseconds kSinglePeriod = microseconds{125};
 inline AxisRequest request(AxisCommand command, double target = 0.0, double velocity = 0.0) {
@@ -75,7 +75,7 @@ class SingleLine {
     return LineOperation::axis(0, options).limits;
   }
 
-  [[nodiscard]] ecat_master::SingleAxes& axes() noexcept { return operation.single_axes(); }
+  [[nodiscard]] motion::SingleAxes& axes() noexcept { return operation.single_axes(); }
   [[nodiscard]] PlcopenState state(std::size_t axis = 0) noexcept { return axes().axis_report(axis).state; }
   [[nodiscard]] double setpoint(std::size_t axis = 0) noexcept { return axes().axis_report(axis).setpoint; }
   [[nodiscard]] RequestPhase phase(std::uint64_t id) noexcept { return axes().report(id).phase; }

@@ -9,7 +9,7 @@ namespace driveline::bus_test {
 /// Requests the motion and runs cycles until the axes follow their path.
 inline void follow_path(LineOperation& line) {
   ASSERT_EQ(sentence(line.to_motion()), "");
-  ASSERT_TRUE(line.run_until(ecat_master::MotionPhase::kFollowing, std::chrono::seconds{2}))
+  ASSERT_TRUE(line.run_until(motion::MotionPhase::kFollowing, std::chrono::seconds{2}))
       << to_text(line.motion().phase());
 }
 

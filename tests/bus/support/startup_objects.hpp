@@ -4,7 +4,7 @@
 
 #include "demand_judge.hpp"
 #include "drive_line.hpp"
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::bus_test {
 
@@ -13,7 +13,7 @@ inline constexpr double kRpm = 6.283185307179586 / 60.0;  ///< rad/s
 /// Writes the object into every drive of `options` at start-up.
 template <typename Integer>
 void set_object(RunOptions& options, std::uint16_t index, std::uint8_t subindex, Integer value) {
-  const auto bytes = wire::to_le_bytes(value);
+  const auto bytes = bytes::to_le_bytes(value);
   options.startup.push_back({index, subindex, {bytes.begin(), bytes.end()}});
 }
 
@@ -25,12 +25,12 @@ inline void limit_quick_stops(RunOptions& options) {
 
 /// The objects of an axis with touch probe 1 (60B8h to 60BAh), and PROBE at its input (206Ah, ISD05).
 inline void map_touch_probe(RunOptions& options) {
-  options.pdos = ecat_master::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
-                                                {0x1601, {{0x60FF, 0, 32}, {0x60B1, 0, 32}}},
-                                                {0x1602, {{0x6071, 0, 16}, {0x60B2, 0, 16}, {0x60B8, 0, 16}}}},
-                                               {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
-                                                {0x1A01, {{0x606C, 0, 32}, {0x60BA, 0, 32}}},
-                                                {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}, {0x60B9, 0, 16}}}}};
+  options.pdos = motion::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
+                                           {0x1601, {{0x60FF, 0, 32}, {0x60B1, 0, 32}}},
+                                           {0x1602, {{0x6071, 0, 16}, {0x60B2, 0, 16}, {0x60B8, 0, 16}}}},
+                                          {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
+                                           {0x1A01, {{0x606C, 0, 32}, {0x60BA, 0, 32}}},
+                                           {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}, {0x60B9, 0, 16}}}}};
   set_object(options, 0x206A, 0, std::uint16_t{15});
 }
 

@@ -25,7 +25,7 @@ TEST_F(BusTraffic, DiscoveryStartUpAndCyclicOperation) {
   Recorder recorder(drives.line());
   LineOperation operation(drives, recorder);
   ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kFollowing, std::chrono::seconds{2}));
+  ASSERT_TRUE(operation.run_until(motion::MotionPhase::kFollowing, std::chrono::seconds{2}));
   operation.run(milliseconds{50});
   ASSERT_EQ(sentence(operation.master().shut_down()), "");
   expect_clean(recorder.frames);
@@ -141,7 +141,7 @@ TEST_F(BusTraffic, EmergenciesAndSdoWhileCycling) {
   Recorder recorder(drives.line());
   LineOperation operation(drives, recorder);
   ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kFollowing, std::chrono::seconds{2}));
+  ASSERT_TRUE(operation.run_until(motion::MotionPhase::kFollowing, std::chrono::seconds{2}));
   recorder.frames.clear();
   drives.drive(1).set_dc_link(false);
   operation.run(milliseconds{10});

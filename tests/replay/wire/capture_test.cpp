@@ -189,7 +189,7 @@ TEST_P(CaptureTest, AlStatusReadsAsInWireshark) {
     const auto number = to_number(fields[0].at(0));
     SCOPED_TRACE(number);
     const auto datagram = must(datagram_at(packets().at(number - 1), reg::kAlStatus.address));
-    const auto status = AlStatus::from_raw(load_le<std::uint16_t>(datagram->data));
+    const auto status = AlStatus::from_raw(bytes::load_le<std::uint16_t>(datagram->data));
     EXPECT_EQ(static_cast<unsigned>(status.state), to_number(fields[1].at(0)));
     EXPECT_EQ(status.error, to_number(fields[2].at(0)) != 0);
     EXPECT_EQ(status.id_loaded, to_number(fields[3].at(0)) != 0);
@@ -253,8 +253,8 @@ TEST_P(CaptureTest, BuilderMakesTheSameFrames) {
     const auto frame = builder.finish();
     for (std::size_t i = 0; i < places.size(); ++i) {
       // The working counters added by the slaves.
-      store_le(frame.subspan(places[i].working_counter()), datagrams[i].working_counter());
-      store_le(frame.subspan(places[i].header + 8), datagrams[i].header.irq);
+      bytes::store_le(frame.subspan(places[i].working_counter()), datagrams[i].working_counter());
+      bytes::store_le(frame.subspan(places[i].header + 8), datagrams[i].header.irq);
     }
     // In some frames TwinCAT counts a padding byte as part of the datagrams; the first of them was sent with 0x0E
     // instead of 13.

@@ -38,7 +38,7 @@ Bytes frame_with(Command command, DatagramAddress address, std::span<const std::
   const auto place = builder.add(command, 0x42, address, data.size()).value();
   std::copy(data.begin(), data.end(), builder.data(place).begin());
   const auto frame = builder.finish();
-  store_le(frame.subspan(place.working_counter()), counter);
+  bytes::store_le(frame.subspan(place.working_counter()), counter);
   return {frame.begin(), frame.end()};
 }
 
@@ -101,7 +101,7 @@ TEST_F(OwnFrames, AllCommandsInFramesOfSeveralDatagrams) {
     }
     const auto frame = builder.finish();
     for (std::size_t n = 0; n < places.size(); ++n) {
-      store_le(frame.subspan(places[n].working_counter()), list[n].counter);
+      bytes::store_le(frame.subspan(places[n].working_counter()), list[n].counter);
     }
     frames.emplace_back(frame.begin(), frame.end());
     sent.push_back(list);
@@ -143,10 +143,12 @@ TEST_F(OwnFrames, LongestFrame) {
 
 TEST_F(OwnFrames, AlControlAndStatus) {
   const auto read = [](std::uint16_t raw) {
-    return frame_with(Command::kFprd, DatagramAddress::physical(kStation, reg::kAlStatus.address), to_le_bytes(raw));
+    return frame_with(Command::kFprd, DatagramAddress::physical(kStation, reg::kAlStatus.address),
+                      bytes::to_le_bytes(raw));
   };
   const auto write = [](std::uint16_t raw) {
-    return frame_with(Command::kFpwr, DatagramAddress::physical(kStation, reg::kAlControl.address), to_le_bytes(raw));
+    return frame_with(Command::kFpwr, DatagramAddress::physical(kStation, reg::kAlControl.address),
+                      bytes::to_le_bytes(raw));
   };
   const auto packets = dissected(
       {read(AlStatus{AlState::kSafeOp, true, false}.raw()), read(AlStatus{AlState::kOp, false, true}.raw()),
@@ -169,7 +171,7 @@ TEST_F(OwnFrames, DlStatus) {
   status.ports[2] = {true, false, false};
   const auto packets =
       dissected({frame_with(Command::kFprd, DatagramAddress::physical(kStation, reg::kDlStatus.address),
-                            to_le_bytes(status.raw()))},
+                            bytes::to_le_bytes(status.raw()))},
                 {"ecat.reg.dlstatus1.operation", "ecat.reg.dlstatus1.pdiwatchdog", "ecat.reg.dlstatus1.enhlinkdetect",
                  "ecat.reg.dlstatus1.physlink.port0", "ecat.reg.dlstatus1.physlink.port1",
                  "ecat.reg.dlstatus1.physlink.port2", "ecat.reg.dlstatus1.physlink.port3", "ecat.reg.dlstatus2.port0",
@@ -305,7 +307,8 @@ TEST_F(OwnFrames, SdoInitiate) {
 
 TEST_F(OwnFrames, SdoAbortCode) {
   const auto command = static_cast<std::uint8_t>(static_cast<unsigned>(SdoRequestCommand::kAbort) << 5);
-  const SdoHeader abort{command, 0x2000, 7, to_le_bytes(static_cast<std::uint32_t>(SdoAbort::kObjectDoesNotExist))};
+  const SdoHeader abort{command, 0x2000, 7,
+                        bytes::to_le_bytes(static_cast<std::uint32_t>(SdoAbort::kObjectDoesNotExist))};
   const auto packets = dissected({to_slave(coe(CoeService::kSdoRequest, abort))},
                                  {"ecat_mailbox.coe.sdoreq", "ecat_mailbox.coe.abortcode"});
   ASSERT_EQ(packets.size(), 1U);

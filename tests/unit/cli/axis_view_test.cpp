@@ -45,7 +45,7 @@ TEST(AxisView, AnEndlessAxisIsShownWithinItsModuloToo) {
 TEST(AxisView, TheTableFitsATerminalAndNamesEachOwnerOnce) {
   auto moving = status_at(1000.25 * kTurn, std::nullopt);
   moving.axis.name = "turntable";
-  moving.report->state = ecat_master::PlcopenState::kSynchronizedMotion;
+  moving.report->state = motion::PlcopenState::kSynchronizedMotion;
   moving.report->velocity = -100.0 * kTurn;
   moving.report->torque = -12.3456;
   auto other = moving;

@@ -11,12 +11,12 @@
 namespace driveline::cli {
 namespace {
 
-using ecat_master::AxisCommand;
-using ecat_master::AxisConfig;
-using ecat_master::AxisRequest;
-using ecat_master::BufferMode;
-using ecat_master::MoveDirection;
-using ecat_master::ProbeTrigger;
+using motion::AxisCommand;
+using motion::AxisConfig;
+using motion::AxisRequest;
+using motion::BufferMode;
+using motion::MoveDirection;
+using motion::ProbeTrigger;
 using testing::ElementsAre;
 using testing::HasSubstr;
 

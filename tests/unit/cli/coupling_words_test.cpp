@@ -14,7 +14,7 @@
 namespace driveline::cli {
 namespace {
 
-using ecat_master::AxisConfig;
+using motion::AxisConfig;
 using runtime::CouplingOrder;
 using testing::HasSubstr;
 

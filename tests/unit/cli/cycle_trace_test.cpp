@@ -22,12 +22,12 @@ runtime::RunReport traced_run() {
   report.statistics.cycles = 900;
   constexpr std::int64_t kDay = 86'400'000'000'000;  // of a clock that has run for a long time
   for (const std::int64_t number : {400, 402}) {
-    ecat_master::TracedCycle cycle;
+    motion::TracedCycle cycle;
     cycle.stamps.cycle = number;
     cycle.stamps.missed = number == 402 ? 1 : 0;
     cycle.stamps.due = nanoseconds{kDay + (number == 402 ? 401 : number) * 125'000};
     cycle.stamps.wake = cycle.stamps.due + nanoseconds{number == 402 ? 125'000 + 41'001 : 0};
-    for (std::size_t i = 0; i < ecat_master::kCyclePhases; ++i) {
+    for (std::size_t i = 0; i < motion::kCyclePhases; ++i) {
       cycle.stamps.end[i] = cycle.stamps.wake + nanoseconds{1'003 * static_cast<std::int64_t>(i + 1)};
     }
     cycle.rank = number == 402 ? 1 : 2;
@@ -90,8 +90,8 @@ TEST(TraceEvents, PhasesFollowOneAnotherAndFillTheirCycle) {
   EXPECT_EQ(cycle["ts"], 0.0);
   double end = cycle["ts"].get<double>();
   std::int64_t end_ns = 0;
-  for (std::size_t i = 0; i < ecat_master::kCyclePhases; ++i) {
-    const auto phases = named(document, std::string(name_of(static_cast<ecat_master::CyclePhase>(i))));
+  for (std::size_t i = 0; i < motion::kCyclePhases; ++i) {
+    const auto phases = named(document, std::string(name_of(static_cast<motion::CyclePhase>(i))));
     ASSERT_EQ(phases.size(), 2U) << i;
     EXPECT_EQ(phases[0]["tid"], cycle["tid"]);
     EXPECT_NEAR(phases[0]["ts"].get<double>(), end, 1e-6);

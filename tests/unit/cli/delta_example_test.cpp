@@ -154,7 +154,7 @@ class Witness final : public runtime::Task {
     terminals_ = *setup.process_data.entry<std::uint32_t>("a1.208F");
     return {};
   }
-  void update(const ecat_master::TaskCycle& cycle) noexcept override {
+  void update(const motion::TaskCycle& cycle) noexcept override {
     if (told.size() == told.capacity()) return;
     Told now;
     for (std::size_t i = 0; i < 3; ++i)
@@ -165,8 +165,8 @@ class Witness final : public runtime::Task {
   std::vector<Told> told;
 
  private:
-  std::array<ecat_master::PdoEntry<std::int32_t>, 3> demands_;
-  ecat_master::PdoEntry<std::uint32_t> terminals_;
+  std::array<motion::PdoEntry<std::int32_t>, 3> demands_;
+  motion::PdoEntry<std::uint32_t> terminals_;
 };
 
 /// The highest velocity that each drive demands (606Bh); called by another thread.

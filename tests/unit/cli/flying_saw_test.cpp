@@ -42,7 +42,7 @@ std::filesystem::path example(const std::string& name) {
 }
 
 /// 6062h and 606Bh in addition to the objects of an axis.
-ecat_master::PdoConfiguration with_demands() {
+motion::PdoConfiguration with_demands() {
   return {{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
            {0x1601, {{0x60FF, 0, 32}, {0x60B1, 0, 32}}},
            {0x1602, {{0x6071, 0, 16}, {0x60B2, 0, 16}}}},

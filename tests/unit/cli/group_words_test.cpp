@@ -23,11 +23,11 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 class GroupWords : public testing::Test {
  protected:
   GroupWords() {
-    ecat_master::AxisConfig slide;
+    motion::AxisConfig slide;
     slide.name = "x";
     slide.kind = trajectory::AxisKind::kLinear;
     slide.unit = trajectory::find_position_unit("mm");
-    ecat_master::AxisConfig turn;
+    motion::AxisConfig turn;
     turn.name = "c";
     turn.unit = trajectory::find_position_unit("deg");
     axes = {turn, slide};
@@ -48,7 +48,7 @@ class GroupWords : public testing::Test {
     return request.error().text;
   }
 
-  std::vector<ecat_master::AxisConfig> axes;
+  std::vector<motion::AxisConfig> axes;
   runtime::AxisGroupConfig config;
 };
 
@@ -85,7 +85,7 @@ TEST_F(GroupWords, Arcs) {
 TEST_F(GroupWords, RequestsWithoutAPlace) {
   EXPECT_EQ(read("enable").verb, Verb::kEnable);
   EXPECT_EQ(read("release-stop").verb, Verb::kReleaseStop);
-  EXPECT_EQ(read("move 1 2 buffer=blending").move.buffer, ecat_master::GroupBuffer::kBlending);
+  EXPECT_EQ(read("move 1 2 buffer=blending").move.buffer, motion::GroupBuffer::kBlending);
   EXPECT_EQ(read("hold").verb, Verb::kHold);
   EXPECT_DOUBLE_EQ(read("override 150%").share, 1.5);
   EXPECT_DOUBLE_EQ(read("override 0.5").share, 0.5);

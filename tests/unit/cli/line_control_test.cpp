@@ -93,12 +93,12 @@ TEST_F(ControlTest, TheOnlyLineThatRunsNeedsNoName) {
 class LineControlTest : public ControlTest {
  protected:
   LineControlTest() {
-    std::vector<ecat_master::Axis> made;
-    made.emplace_back(configs[0], ecat_master::ProcessDataPlace{}, ecat_master::axis_pdo_configuration());
-    single.emplace(std::move(made), ecat_master::SingleAxes::Settings{});
+    std::vector<motion::Axis> made;
+    made.emplace_back(configs[0], motion::ImagePlace{}, motion::axis_pdo_configuration());
+    single.emplace(std::move(made), motion::SingleAxes::Settings{});
   }
-  static ecat_master::AxisConfig axis_in_degrees() {
-    ecat_master::AxisConfig axis;
+  static motion::AxisConfig axis_in_degrees() {
+    motion::AxisConfig axis;
     axis.name = "x";
     axis.unit = trajectory::find_position_unit("deg");
     return axis;
@@ -128,12 +128,12 @@ class LineControlTest : public ControlTest {
   }
 
   std::string path;
-  std::vector<ecat_master::AxisConfig> configs{axis_in_degrees()};
+  std::vector<motion::AxisConfig> configs{axis_in_degrees()};
   rt::VirtualClock clock;
   runtime::AxisRequests axis_requests{configs, clock, [] {}};
   std::vector<runtime::AxisGroupConfig> no_groups;
   runtime::GroupRequests groups{no_groups, axis_requests};
-  std::optional<ecat_master::SingleAxes> single;
+  std::optional<motion::SingleAxes> single;
   std::optional<LineControl> control;
 };
 

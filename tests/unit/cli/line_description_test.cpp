@@ -85,7 +85,7 @@ TEST(LineDescription, DrivesBecomeAxesScaledAsTheySay) {
   const auto config = described(one_drive({1U << 8U, 65536.0, 1.25, 300.0}));
   ASSERT_EQ(config.axes.size(), 1U);
   EXPECT_EQ(config.axes[0].name, "axis0");
-  EXPECT_EQ(config.axes[0].mode, ecat_master::cia402::Mode::kCyclicVelocity);
+  EXPECT_EQ(config.axes[0].mode, motion::cia402::Mode::kCyclicVelocity);
   EXPECT_NEAR(config.axes[0].increments_per_unit, 65536.0 / 6.283185307, 1e-3);
   EXPECT_DOUBLE_EQ(config.axes[0].rated_torque, 1.25);
   EXPECT_DOUBLE_EQ(config.axes[0].limits.max_velocity, 300.0);
@@ -95,7 +95,7 @@ TEST(LineDescription, DrivesBecomeAxesScaledAsTheySay) {
 TEST(LineDescription, PositionModeGoesBeforeTheOthers) {
   const auto config = described(one_drive({7U << 7U, 65536.0, {}, {}}));
   ASSERT_EQ(config.axes.size(), 1U);
-  EXPECT_EQ(config.axes[0].mode, ecat_master::cia402::Mode::kCyclicPosition);
+  EXPECT_EQ(config.axes[0].mode, motion::cia402::Mode::kCyclicPosition);
 }
 
 TEST(LineDescription, WhatADriveDoesNotTellStandsThereAsAnAssumption) {

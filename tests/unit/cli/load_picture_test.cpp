@@ -1,6 +1,6 @@
 #include <gmock/gmock.h>
 
-#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/motion/axis/axis.hpp"
 #include "support/temporary_directory.hpp"
 #include "text/load_view.hpp"
 
@@ -13,7 +13,7 @@ TEST_F(LoadPicture, ShowsTheMeasurementOverTheModelAndEachAxisByItsName) {
   std::string text = "time[s],position[rad],velocity[rad/s],acceleration[rad/s^2],torque[Nm],model[Nm]\n";
   for (int i = 0; i < 50; ++i) text += std::to_string(i) + ",0,0,0,1.5,1.498\n";
   write(directory / "load.csv", text);
-  ecat_master::AxisConfig axis;
+  motion::AxisConfig axis;
   axis.name = "lift";
   const auto drawn = draw_load(directory, axis);
   ASSERT_TRUE(drawn) << drawn.error();

@@ -57,7 +57,7 @@ class ProcessDataExample : public testing::Test {
     settings.period = config.period;
     settings.copies = named->copies;
     ASSERT_TRUE(master->start_cycle(nullptr, {}, settings, [this](ecat_master::CyclicCore& core) {
-      return std::make_unique<ecat_master::InlineRunner>(core, clock);
+      return std::make_unique<motion::InlineRunner>(core, clock);
     }));
     ASSERT_EQ(failure_text(master->go_operational()), "");
   }

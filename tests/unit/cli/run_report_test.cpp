@@ -97,7 +97,7 @@ TEST(RunReport, TextHasTheSumOfTheAbsencesOfTheMasterAndJsonEach) {
   EXPECT_THAT(text, Not(HasSubstr("was away for")));
   EXPECT_THAT(to_json(report)["events"].dump(), HasSubstr("the master was away for 8.1 ms at 2.000 s"));
   away.absence.duration = std::chrono::milliseconds{54};
-  away.absence.effect = ecat_master::AbsenceEffect::kStopped;
+  away.absence.effect = motion::AbsenceEffect::kStopped;
   add(away, runtime::Severity::kFault);
   EXPECT_THAT(to_text(report), HasSubstr("2.500 s the master was away for 54.0 ms")) << "a fault is listed";
 }

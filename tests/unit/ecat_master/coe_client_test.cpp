@@ -10,8 +10,8 @@
 namespace driveline::ecat_master {
 namespace {
 
+using bytes_test::hex;
 using ecat_master_test::facts_of;
-using ecat_master_test::hex;
 using ecat_master_test::MailBench;
 using testing::ElementsAre;
 using Bytes = std::vector<std::byte>;
@@ -375,7 +375,7 @@ TEST(MailboxClient, SurvivesMailboxesOfAbsurdSizes) {
 
 TEST(PdoConfiguration, IsWrittenInTheOrderOfTheStandard) {
   Bench bench;
-  PdoConfiguration pdos;
+  motion::PdoConfiguration pdos;
   pdos.outputs = {{0x1600, {{0x6040, 0, 16}, {0x607A, 0, 32}}}};
   const std::string_view objects[] = {"121C 00", "0016 00", "0016 01", "0016 02", "0016 00", "121C 00",
                                       "121C 01", "121C 00", "131C 00", "131C 00", "131C 00"};

@@ -4,7 +4,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_exchange.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
-#include "driveline/ecat_master/cyclic/motion.hpp"
+#include "driveline/motion/path/motion.hpp"
 #include "driveline/trajectory/path.hpp"
 #include "driveline/wire/wire_time.hpp"
 #include "support/bytes.hpp"
@@ -13,9 +13,9 @@
 namespace driveline::ecat_master {
 namespace {
 
-using ecat_master_test::copy_of;
+using bytes_test::copy_of;
+using bytes_test::hex;
 using ecat_master_test::FakePort;
-using ecat_master_test::hex;
 using std::chrono::microseconds;
 
 class CyclicFrameTest : public testing::Test {
@@ -476,36 +476,6 @@ TEST_F(CyclicFrameTest, FramesThatWerePreparedAreSentAsTheyAre) {
   EXPECT_EQ(outputs_sent(port), hex("0A0B0C0D"));
   run(1);
   EXPECT_EQ(outputs_sent(port), hex("01020304")) << "each is sent once";
-}
-
-trajectory::Interpolator path_of(std::size_t axes) {
-  trajectory::PathBuilder builder;
-  for (std::size_t i = 0; i < axes; ++i) EXPECT_TRUE(builder.add_axis({std::to_string(i)}));
-  const std::vector<double> positions(axes, 1.0);
-  EXPECT_TRUE(builder.add_point(0.0, positions));
-  EXPECT_TRUE(builder.add_point(1.0, positions));
-  return trajectory::Interpolator::linear(builder.build().value());
-}
-
-std::vector<Axis> axes_with(trajectory::AxisLimits limits) {
-  AxisConfig config;
-  config.limits = limits;
-  std::vector<Axis> axes;
-  axes.emplace_back(config, ProcessDataPlace{0, 19, 0, 19}, axis_pdo_configuration());
-  return axes;
-}
-
-TEST(Motion, RefusesAPathWithAnotherNumberOfAxes) {
-  EXPECT_THROW(Motion(axes_with({1.0, 1.0}), path_of(2), {}), std::invalid_argument);
-}
-
-TEST(Motion, RefusesLimitsThatNoApproachCanBePlannedWith) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  EXPECT_NO_THROW(Motion(axes_with({1.0, 1.0}), path_of(1), {}));
-  EXPECT_THROW(Motion(axes_with({kInfinity, 1.0}), path_of(1), {}), std::invalid_argument);
-  EXPECT_THROW(Motion(axes_with({1.0, kInfinity}), path_of(1), {}), std::invalid_argument);
-  EXPECT_THROW(Motion(axes_with({0.0, 1.0}), path_of(1), {}), std::invalid_argument);
-  EXPECT_THROW(Motion(axes_with({1.0, -1.0}), path_of(1), {}), std::invalid_argument);
 }
 
 }  // namespace

@@ -97,7 +97,8 @@ TEST(DescriptionPlan, ThePlanGoesBeforeTheFile) {
   EXPECT_EQ(slave.plan.mailbox_timeouts, (MailboxTimeouts{milliseconds{100}, milliseconds{2}}));
   EXPECT_EQ(slave.plan.watchdog, (WatchdogPlan{std::nullopt, std::nullopt, 77})) << "increments of one divider";
   ASSERT_EQ(slave.plan.pdos.outputs.size(), 1U);
-  EXPECT_THAT(slave.plan.pdos.outputs[0].objects, ElementsAre(MappedObject{0x7010, 1, 16}, MappedObject{0, 0, 16}))
+  EXPECT_THAT(slave.plan.pdos.outputs[0].objects,
+              ElementsAre(motion::MappedObject{0x7010, 1, 16}, motion::MappedObject{0, 0, 16}))
       << "out of the file";
   EXPECT_TRUE(slave.plan.pdos.inputs.empty());
   std::vector<std::uint16_t> written;
@@ -145,21 +146,22 @@ TEST(StartUpCommands, AreTakenInTheOrderOfTheTransitions) {
   const auto sdos = startup_commands(device());
   ASSERT_EQ(sdos.size(), 3U) << "none on the way down";
   EXPECT_EQ(sdos[0].index, 0x8002);
-  EXPECT_EQ(sdos[0].before, wire::AlState::kSafeOp);
+  EXPECT_EQ(sdos[0].in, motion::StartupState::kPreOperational);
   EXPECT_EQ(sdos[1].index, 0x8000);
   EXPECT_TRUE(sdos[1].complete);
   EXPECT_THAT(sdos[1].data, ElementsAre(std::byte{0x64}, std::byte{0}));
-  EXPECT_EQ(sdos[2].before, wire::AlState::kOp);
+  EXPECT_EQ(sdos[2].in, motion::StartupState::kSafeOperational);
 }
 
 TEST(PdosOfAFile, AreCheckedAgainstWhatTheDeviceAllows) {
-  const auto refusal = [](const esi::DeviceDescription& made, std::vector<PdoMapping> out, std::vector<PdoMapping> in) {
-    PdoConfiguration pdos{std::move(out), std::move(in)};
+  const auto refusal = [](const esi::DeviceDescription& made, std::vector<motion::PdoMapping> out,
+                          std::vector<motion::PdoMapping> in) {
+    motion::PdoConfiguration pdos{std::move(out), std::move(in)};
     complete_pdos(made, pdos);
     const auto fit = check_pdos(made, pdos);
     return fit ? std::string{} : describe(fit.error());
   };
-  const PdoMapping mandatory{0x1A01, {}, std::nullopt};
+  const motion::PdoMapping mandatory{0x1A01, {}, std::nullopt};
   EXPECT_EQ(refusal(device(), {{0x1600, {}, {}}}, {mandatory}), "");
   EXPECT_EQ(refusal(device(), {{0x1600, {{0x7020, 1, 8}}, {}}}, {mandatory}), "") << "its content can be changed";
   EXPECT_EQ(refusal(device(), {}, {}), "PDO 1A01h is mandatory and missing");
@@ -188,7 +190,7 @@ TEST(PdosOfAFile, AreCheckedAgainstWhatTheDeviceAllows) {
 
 TEST(PdosOfAFile, AreWrittenAsFarAsTheDeviceAllows) {
   auto made = device();
-  PdoConfiguration pdos{{{0x1600, {}, {}}}, {{0x1A00, {}, {}}, {0x1A01, {}, {}}}};
+  motion::PdoConfiguration pdos{{{0x1600, {}, {}}}, {{0x1A00, {}, {}}, {0x1A01, {}, {}}}};
   complete_pdos(made, pdos);
   EXPECT_THAT(texts(steps_of(plan_assignments(pdos, made))),
               ElementsAre("1C12:00=0", "1600:00=0", "1600:01=70000110", "1600:02=10", "1600:00=2", "1C12:00=0",

@@ -28,12 +28,12 @@ class Slave final : public DatagramExchange {
       request.answered = true;
       request.working_counter = 1;
       if (request.command == wire::Command::kFpwr) {
-        asked = (wire::load_le<std::uint16_t>(request.data) & 0x0020) != 0;
+        asked = (bytes::load_le<std::uint16_t>(request.data) & 0x0020) != 0;
         continue;
       }
       const bool loaded = asked && reads_until_loaded-- <= 0;
-      wire::store_le<std::uint16_t>(request.data, loaded ? 0x0022 : 0x0002);
-      wire::store_le<std::uint16_t>(request.data.subspan(4), loaded ? kId : std::uint16_t{0});
+      bytes::store_le<std::uint16_t>(request.data, loaded ? 0x0022 : 0x0002);
+      bytes::store_le<std::uint16_t>(request.data.subspan(4), loaded ? kId : std::uint16_t{0});
     }
     return {};
   }

@@ -10,10 +10,10 @@
 namespace driveline::ecat_master {
 namespace {
 
+using bytes_test::copy_of;
+using bytes_test::hex;
 using ecat_master_test::answered;
-using ecat_master_test::copy_of;
 using ecat_master_test::FakePort;
-using ecat_master_test::hex;
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 

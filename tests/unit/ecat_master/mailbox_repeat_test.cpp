@@ -9,7 +9,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-using ecat_master_test::hex;
+using bytes_test::hex;
 using ecat_master_test::MailBench;
 using std::chrono::milliseconds;
 using testing::ElementsAre;

@@ -55,7 +55,7 @@ class ReceiveWaitTest : public testing::Test {
     settings.period = kPeriod;
     settings.receive_window = kWindow;
     settings.receive = strategy;
-    core.emplace(port, counting, ProcessImage::lay_out({&demand, 1}).value(), nullptr, SampleRings{}, settings);
+    core.emplace(port, counting, ProcessImage::lay_out({&demand, 1}).value(), nullptr, motion::SampleRings{}, settings);
   }
   void run(int cycles) {
     for (int i = 0; i < cycles; ++i, ++cycle) {

@@ -70,8 +70,8 @@ class Eeprom final : public DatagramExchange {
       request.answered = true;
       request.working_counter = 1;
       if (request.command == wire::Command::kFpwr && request.address.ado() == 0x0502) {
-        EXPECT_EQ(wire::load_le<std::uint16_t>(request.data), 0x0100) << "a read command";
-        shadow = wire::load_le<std::uint32_t>(request.data.subspan(2));
+        EXPECT_EQ(bytes::load_le<std::uint16_t>(request.data), 0x0100) << "a read command";
+        shadow = bytes::load_le<std::uint32_t>(request.data.subspan(2));
         if (takes == Takes::kAtOnce) start(*std::exchange(shadow, std::nullopt));
       } else if (request.command == wire::Command::kFprd && request.address.ado() == 0x0502) {
         show(request.data);
@@ -102,9 +102,9 @@ class Eeprom final : public DatagramExchange {
     unsigned status = words_per_read == 4 ? 0x0040 : 0;
     if (now_ < done_at_) status |= 0x8000;
     if (word_ >= error_word) status |= error_status;
-    wire::store_le<std::uint16_t>(data, static_cast<std::uint16_t>(status));
-    wire::store_le<std::uint32_t>(data.subspan(2), shows_address ? word_ : 0xFFFFFFFFU);
-    for (std::size_t i = 0; i < 4; ++i) wire::store_le<std::uint16_t>(data.subspan(6 + 2 * i), data_.at(i));
+    bytes::store_le<std::uint16_t>(data, static_cast<std::uint16_t>(status));
+    bytes::store_le<std::uint32_t>(data.subspan(2), shows_address ? word_ : 0xFFFFFFFFU);
+    for (std::size_t i = 0; i < 4; ++i) bytes::store_le<std::uint16_t>(data.subspan(6 + 2 * i), data_.at(i));
   }
 
   std::uint32_t word_ = 0;
@@ -271,7 +271,7 @@ TEST(SiiReader, DoesNotAskAgainForWhatItKnows) {
   const auto other = read_sii(bus, {&slave, 1});
   ASSERT_TRUE(other && other->front());
   EXPECT_NE(*other->front(), *first->front());
-  EXPECT_EQ(wire::load_le<std::uint16_t>(std::span(*other->front()).subspan(0x84)), 0x1234);
+  EXPECT_EQ(bytes::load_le<std::uint16_t>(std::span(*other->front()).subspan(0x84)), 0x1234);
 }
 
 TEST(SiiReader, DoesNotRememberWhatCouldBeAnybodys) {
@@ -285,7 +285,7 @@ TEST(SiiReader, DoesNotRememberWhatCouldBeAnybodys) {
     eeprom.image[0x42] = 0x1234;
     const auto image = read_sii(bus, {&slave, 1});
     ASSERT_TRUE(image && image->front());
-    EXPECT_EQ(wire::load_le<std::uint16_t>(std::span(*image->front()).subspan(0x84)), 0x1234) << "read anew";
+    EXPECT_EQ(bytes::load_le<std::uint16_t>(std::span(*image->front()).subspan(0x84)), 0x1234) << "read anew";
   }
 }
 

@@ -41,13 +41,13 @@ class Eeprom final : public DatagramExchange {
 
   [[nodiscard]] std::uint16_t checksum() const {
     std::array<std::byte, esi::SiiConfigArea::kSize> area{};
-    for (std::size_t i = 0; i < 7; ++i) wire::store_le(std::span(area).subspan(2 * i, 2), words[i]);
+    for (std::size_t i = 0; i < 7; ++i) bytes::store_le(std::span(area).subspan(2 * i, 2), words[i]);
     return esi::sii_checksum(area);
   }
   [[nodiscard]] bool checksum_valid() const { return (words[7] & 0xFF) == checksum(); }
   [[nodiscard]] std::vector<std::byte> bytes() const {
     std::vector<std::byte> image(2 * words.size());
-    for (std::size_t i = 0; i < words.size(); ++i) wire::store_le(std::span(image).subspan(2 * i, 2), words[i]);
+    for (std::size_t i = 0; i < words.size(); ++i) bytes::store_le(std::span(image).subspan(2 * i, 2), words[i]);
     return image;
   }
 
@@ -82,8 +82,8 @@ class Eeprom final : public DatagramExchange {
     ASSERT_EQ(address, 0x0502);
     ASSERT_FALSE(application_owns) << "command without the EEPROM interface";
     ASSERT_EQ(polls_left_, 0) << "command while busy";
-    const auto control = wire::load_le<std::uint16_t>(data);
-    address_ = wire::load_le<std::uint32_t>(data.subspan(2));
+    const auto control = bytes::load_le<std::uint16_t>(data);
+    address_ = bytes::load_le<std::uint32_t>(data.subspan(2));
     status_ = 0x0040;
     polls_left_ = busy_polls;
     if (unacknowledged > 0) {
@@ -96,7 +96,7 @@ class Eeprom final : public DatagramExchange {
       if (dead_words.count(address_) != 0) {
         status_ |= 0x2000;
       } else if (stuck_words.count(address_) == 0) {
-        words[at] = wire::load_le<std::uint16_t>(data.subspan(6));
+        words[at] = bytes::load_le<std::uint16_t>(data.subspan(6));
       }
     }
   }
@@ -109,9 +109,9 @@ class Eeprom final : public DatagramExchange {
     ASSERT_EQ(address, 0x0502);
     const bool busy = busy_for_ever || polls_left_ > 0;
     if (polls_left_ > 0) --polls_left_;
-    wire::store_le<std::uint16_t>(data, static_cast<std::uint16_t>(status_ | (busy ? 0x8000 : 0)));
+    bytes::store_le<std::uint16_t>(data, static_cast<std::uint16_t>(status_ | (busy ? 0x8000 : 0)));
     for (std::size_t i = 0; i < 4; ++i) {
-      wire::store_le<std::uint16_t>(data.subspan(6 + 2 * i), words[(address_ + i) % words.size()]);
+      bytes::store_le<std::uint16_t>(data.subspan(6 + 2 * i), words[(address_ + i) % words.size()]);
     }
   }
 

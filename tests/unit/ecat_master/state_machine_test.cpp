@@ -49,13 +49,13 @@ class AlRegisters final : public DatagramExchange {
       if (request.command == wire::Command::kFpwr && request.address.ado() == 0x0500) {
         slave.owners.push_back(request.data[0]);
       } else if (request.command == wire::Command::kFpwr) {
-        slave.written.push_back(wire::load_le<std::uint16_t>(request.data));
+        slave.written.push_back(bytes::load_le<std::uint16_t>(request.data));
         pending_.emplace(now_ + slave.delay, &slave);
       } else {
         const auto status = wire::AlStatus{slave.state, slave.error, false}.raw();
-        wire::store_le<std::uint16_t>(request.data, status);
+        bytes::store_le<std::uint16_t>(request.data, status);
         if (request.data.size() == 6) {
-          wire::store_le<std::uint16_t>(request.data.subspan(4), static_cast<std::uint16_t>(slave.code));
+          bytes::store_le<std::uint16_t>(request.data.subspan(4), static_cast<std::uint16_t>(slave.code));
         }
       }
     }

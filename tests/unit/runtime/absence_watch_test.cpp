@@ -11,8 +11,8 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::AbsenceEffect;
-using ecat_master::MasterAbsence;
+using motion::AbsenceEffect;
+using motion::MasterAbsence;
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 using testing::ElementsAre;

@@ -112,11 +112,11 @@ TEST_F(AxisPath, SoftwareLimits) {
 
 TEST_F(AxisPath, UnitIsThatOfTheColumnUnlessTheLineSaysOne) {
   ASSERT_TRUE(load("time[s],z[mm],x[deg]\n0,1000,2\n1,1000,2\n"));
-  EXPECT_EQ(ecat_master::position_unit(config.axes[0]).name, "deg");
-  EXPECT_EQ(ecat_master::position_unit(config.axes[1]).name, "mm");
+  EXPECT_EQ(motion::position_unit(config.axes[0]).name, "deg");
+  EXPECT_EQ(motion::position_unit(config.axes[1]).name, "mm");
   config.axes[1].unit = trajectory::find_position_unit("um");
   ASSERT_TRUE(load("time[s],z[mm],x[deg]\n0,1000,2\n1,1000,2\n"));
-  EXPECT_EQ(ecat_master::position_unit(config.axes[1]).name, "um");
+  EXPECT_EQ(motion::position_unit(config.axes[1]).name, "um");
 }
 
 TEST_F(AxisPath, LimitsAreToldInTheUnitOfTheAxis) {

@@ -15,9 +15,9 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::AxisCommand;
-using ecat_master::AxisConfig;
-using ecat_master::AxisRequest;
+using motion::AxisCommand;
+using motion::AxisConfig;
+using motion::AxisRequest;
 using std::chrono::milliseconds;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -27,11 +27,11 @@ using testing::IsEmpty;
 class AxisRequestsTest : public testing::Test {
  protected:
   AxisRequestsTest() {
-    std::vector<ecat_master::Axis> made;
+    std::vector<motion::Axis> made;
     for (const auto& config : configs) {
-      made.emplace_back(config, ecat_master::ProcessDataPlace{}, ecat_master::axis_pdo_configuration());
+      made.emplace_back(config, motion::ImagePlace{}, motion::axis_pdo_configuration());
     }
-    single.emplace(std::move(made), ecat_master::SingleAxes::Settings{});
+    single.emplace(std::move(made), motion::SingleAxes::Settings{});
   }
   static AxisConfig config(const std::string& name, std::size_t slave) {
     AxisConfig axis;
@@ -62,7 +62,7 @@ class AxisRequestsTest : public testing::Test {
   int stops = 0;
   std::int64_t cycles = 0;
   AxisRequests axis_requests{configs, clock, [this] { ++stops; }};
-  std::optional<ecat_master::SingleAxes> single;
+  std::optional<motion::SingleAxes> single;
 };
 
 TEST_F(AxisRequestsTest, IsClosedUntilTheLineIsInOperation) {
@@ -145,12 +145,12 @@ TEST_F(AxisRequestsTest, RefusesPlacesBeyondTheSoftwareLimits) {
 TEST_F(AxisRequestsTest, AnAxisThatMustBeResetNamesTheCommand) {
   AxisRefusal refusal;
   refusal.why = AxisRefusal::Why::kByAxis;
-  refusal.error = ecat_master::AxisError::kErrorStop;
+  refusal.error = motion::AxisError::kErrorStop;
   EXPECT_EQ(describe(events::event_axis(configs[1]), refusal),
             "axis y: the axis is in ErrorStop and must be reset first; `driveline axis y reset` resets it");
   GroupRefusal of_group;
   of_group.why = GroupRefusal::Why::kByGroup;
-  of_group.error = ecat_master::GroupError::kErrorStop;
+  of_group.error = motion::GroupError::kErrorStop;
   events::EventGroup group;
   group.name = "table";
   EXPECT_EQ(describe(group, of_group),
@@ -266,10 +266,10 @@ TEST_F(AxisRequestsTest, RequestsOfProbesAndDrivesHaveSentences) {
   configs[0].software_limits = trajectory::PositionRange{-1.0, 2.0};
   axis_requests.open(*single);
   auto probe = ask(AxisCommand::kTouchProbe);
-  probe.trigger = ecat_master::ProbeTrigger::kSecondFalling;
+  probe.trigger = motion::ProbeTrigger::kSecondFalling;
   probe.window_last_si = 1.0;
   auto homing = ask(AxisCommand::kHomeByProbe, 0.5);
-  homing.trigger = ecat_master::ProbeTrigger::kZeroPulse;
+  homing.trigger = motion::ProbeTrigger::kZeroPulse;
   homing.distance_si = -0.5;
   homing.velocity_si = 1.0;
   for (const auto& request :
@@ -351,23 +351,23 @@ TEST_F(AxisRequestsTest, WhoGoesTakesAlongTheMotionsThatAreStillQueued) {
   const auto moved = must(axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0)));
   axis_requests.leave("hand", true);
   cycle();
-  EXPECT_EQ(single->report(*moved).phase, ecat_master::RequestPhase::kAborted);
+  EXPECT_EQ(single->report(*moved).phase, motion::RequestPhase::kAborted);
 }
 
 TEST_F(AxisRequestsTest, AThreadWaitsForTheEndOfARequest) {
   axis_requests.open(*single);
   const auto moved = must(axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0)));
   EXPECT_NE(*moved, 0U);
-  EXPECT_EQ(axis_requests.wait(0, *moved, {}).report.phase, ecat_master::RequestPhase::kWaiting) << "the time is over";
+  EXPECT_EQ(axis_requests.wait(0, *moved, {}).report.phase, motion::RequestPhase::kWaiting) << "the time is over";
   auto waits = std::async(std::launch::async, [&] { return axis_requests.wait(0, *moved, std::chrono::hours{1}); });
   while (waits.wait_for(milliseconds{1}) != std::future_status::ready) {
     cycle();  // in which the axis refuses the request: it is not enabled
     axis_requests.watch();
   }
   const auto progress = waits.get();
-  EXPECT_EQ(progress.report.phase, ecat_master::RequestPhase::kError);
+  EXPECT_EQ(progress.report.phase, motion::RequestPhase::kError);
   ASSERT_TRUE(progress.refusal);
-  EXPECT_EQ(progress.refusal->error, ecat_master::AxisError::kNotEnabled);
+  EXPECT_EQ(progress.refusal->error, motion::AxisError::kNotEnabled);
 }
 
 TEST_F(AxisRequestsTest, AThreadThatWaitsGoesOnWhenTheLineGoesOutOfOperation) {
@@ -376,7 +376,7 @@ TEST_F(AxisRequestsTest, AThreadThatWaitsGoesOnWhenTheLineGoesOutOfOperation) {
   auto waits = std::async(std::launch::async, [&] { return axis_requests.wait(0, *moved, std::chrono::hours{1}); });
   axis_requests.close();
   const auto progress = waits.get();
-  EXPECT_EQ(progress.report.phase, ecat_master::RequestPhase::kAborted);
+  EXPECT_EQ(progress.report.phase, motion::RequestPhase::kAborted);
   ASSERT_TRUE(progress.refusal);
   EXPECT_EQ(progress.refusal->why, AxisRefusal::Why::kNotRunning);
 }
@@ -385,7 +385,7 @@ TEST_F(AxisRequestsTest, CallsBackOnceWhenARequestHasSettled) {
   axis_requests.open(*single);
   const auto who = caller("hand");
   const auto moved = must(axis_requests.submit(who, 0, ask(AxisCommand::kMoveRelative, 1.0)));
-  std::vector<ecat_master::RequestPhase> phases;
+  std::vector<motion::RequestPhase> phases;
   axis_requests.when_settled(0, *moved, [&](const AxisProgress& progress) {
     phases.push_back(progress.report.phase);
     EXPECT_TRUE(axis_requests.submit(who, 0, ask(AxisCommand::kHalt))) << "without the lock";
@@ -395,7 +395,7 @@ TEST_F(AxisRequestsTest, CallsBackOnceWhenARequestHasSettled) {
   cycle();
   axis_requests.watch();
   axis_requests.watch();
-  EXPECT_THAT(phases, ElementsAre(ecat_master::RequestPhase::kError));
+  EXPECT_THAT(phases, ElementsAre(motion::RequestPhase::kError));
 }
 
 TEST_F(AxisRequestsTest, CallsBackWhenTheLineGoesOutOfOperation) {
@@ -403,13 +403,13 @@ TEST_F(AxisRequestsTest, CallsBackWhenTheLineGoesOutOfOperation) {
   const auto first = must(axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0)));
   cycle();
   const auto second = must(axis_requests.submit(caller("hand"), 1, ask(AxisCommand::kMoveRelative, 1.0)));
-  std::vector<ecat_master::RequestPhase> phases;
+  std::vector<motion::RequestPhase> phases;
   const auto note = [&](const AxisProgress& progress) { phases.push_back(progress.report.phase); };
   axis_requests.when_settled(1, *second, note);
   axis_requests.when_settled(0, *first, note);
   axis_requests.close();
   axis_requests.close();
-  EXPECT_THAT(phases, ElementsAre(ecat_master::RequestPhase::kError, ecat_master::RequestPhase::kAborted))
+  EXPECT_THAT(phases, ElementsAre(motion::RequestPhase::kError, motion::RequestPhase::kAborted))
       << "first those that were over";
 }
 
@@ -423,9 +423,8 @@ TEST_F(AxisRequestsTest, AxesThatAPathMovesAreNotToBeHadButStop) {
   const auto stopped = must(axis_requests.submit(hand, 1, ask(AxisCommand::kHalt)));
   EXPECT_EQ(stops, 1);
   EXPECT_EQ(*stopped, AxisRequests::kRunEnded);
-  EXPECT_EQ(axis_requests.progress(1, *stopped).report.phase, ecat_master::RequestPhase::kDone);
-  EXPECT_EQ(axis_requests.wait(1, *stopped, std::chrono::nanoseconds::max()).report.phase,
-            ecat_master::RequestPhase::kDone);
+  EXPECT_EQ(axis_requests.progress(1, *stopped).report.phase, motion::RequestPhase::kDone);
+  EXPECT_EQ(axis_requests.wait(1, *stopped, std::chrono::nanoseconds::max()).report.phase, motion::RequestPhase::kDone);
 }
 
 /// Clients choose their names themselves.

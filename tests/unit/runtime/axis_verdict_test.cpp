@@ -12,8 +12,8 @@ using snapshot::AxisState;
 using std::chrono::milliseconds;
 using testing::HasSubstr;
 
-ecat_master::AxisConfig axis() {
-  ecat_master::AxisConfig config;
+motion::AxisConfig axis() {
+  motion::AxisConfig config;
   config.name = "x";
   config.increments_per_unit = 1000.0;
   config.limits.max_velocity = 200.0;
@@ -32,7 +32,7 @@ FollowingError ended(double error, double velocity = 0.0, AxisState state = Axis
 }
 
 /// The sentence of the verdict; empty: no objection.
-std::string verdict(const FollowingError& seen, const ecat_master::AxisConfig& config = axis(),
+std::string verdict(const FollowingError& seen, const motion::AxisConfig& config = axis(),
                     milliseconds period = milliseconds{1}, bool increments = false) {
   const auto facts = axis_verdict(config, seen, period);
   return facts ? describe(Event{*facts}, increments) : std::string();

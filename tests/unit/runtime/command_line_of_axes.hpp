@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "driveline/ecat_master/single_axis/single_axes.hpp"
+#include "driveline/motion/single_axis/single_axes.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/snapshot/feed/command_records.hpp"
@@ -18,14 +18,14 @@ namespace driveline::runtime {
 class AxesForCommands {
  protected:
   AxesForCommands() {
-    std::vector<ecat_master::Axis> made;
+    std::vector<motion::Axis> made;
     for (const auto& config : configs) {
-      made.emplace_back(config, ecat_master::ProcessDataPlace{}, ecat_master::axis_pdo_configuration());
+      made.emplace_back(config, motion::ImagePlace{}, motion::axis_pdo_configuration());
     }
-    single.emplace(std::move(made), ecat_master::SingleAxes::Settings{});
+    single.emplace(std::move(made), motion::SingleAxes::Settings{});
   }
-  static ecat_master::AxisConfig config(const std::string& name, std::size_t slave) {
-    ecat_master::AxisConfig axis;
+  static motion::AxisConfig config(const std::string& name, std::size_t slave) {
+    motion::AxisConfig axis;
     axis.name = name;
     axis.slave = slave;
     axis.limits = {10.0, 100.0};
@@ -51,8 +51,8 @@ class AxesForCommands {
     return record;
   }
 
-  std::vector<ecat_master::AxisConfig> configs{config("x", 0), config("y", 1)};
-  std::optional<ecat_master::SingleAxes> single;
+  std::vector<motion::AxisConfig> configs{config("x", 0), config("y", 1)};
+  std::optional<motion::SingleAxes> single;
   std::int64_t cycles = 0;
   std::uint64_t number = 0;
 };

@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "driveline/ecat_master/axis/axis_compensation.hpp"
+#include "driveline/motion/axis/axis_compensation.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "support/must.hpp"
 #include "support/temporary_directory.hpp"

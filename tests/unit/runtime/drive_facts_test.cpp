@@ -20,8 +20,8 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::AxisConfig;
-using ecat_master::cia402::Mode;
+using motion::AxisConfig;
+using motion::cia402::Mode;
 using testing::Contains;
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
@@ -233,7 +233,7 @@ TEST_F(DriveFactsOfALine, ModuloIsWrittenToTheDrive) {
   const auto plans = make_slave_plans(*config);
   const auto& sdos = plans.at(0).startup_sdos;
   const auto written = [&](std::uint8_t subindex, std::int32_t value) {
-    const auto expected = ecat_master::startup_sdo(0x607B, subindex, value);
+    const auto expected = motion::startup_sdo(0x607B, subindex, value);
     return std::any_of(sdos.begin(), sdos.end(), [&](const auto& sdo) {
       return sdo.index == expected.index && sdo.subindex == expected.subindex && sdo.data == expected.data;
     });

@@ -14,13 +14,13 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::cia402::Mode;
+using motion::cia402::Mode;
 using std::chrono::microseconds;
 using std::chrono::nanoseconds;
 using testing::ElementsAre;
 
 /// Objects and values, e.g. "2132:00 0000003E", with the bytes in wire order.
-std::vector<std::string> written(const std::vector<ecat_master::StartupSdo>& sdos) {
+std::vector<std::string> written(const std::vector<motion::StartupSdo>& sdos) {
   constexpr auto kDigits = "0123456789ABCDEF";
   std::vector<std::string> texts;
   for (const auto& sdo : sdos) {
@@ -41,8 +41,8 @@ const DriveRules& msd() {
   return kDevices.rules_for({slaves::msd::kVendorId, slaves::msd::kProductCode});
 }
 
-ecat_master::AxisConfig axis(Mode mode = Mode::kCyclicPosition) {
-  ecat_master::AxisConfig config;
+motion::AxisConfig axis(Mode mode = Mode::kCyclicPosition) {
+  motion::AxisConfig config;
   config.mode = mode;
   config.inertia = 0.5;
   return config;

@@ -11,12 +11,12 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::MasterAbsence;
+using motion::MasterAbsence;
 using std::chrono::milliseconds;
-using Cause = ecat_master::MotionFailure::Cause;
+using Cause = motion::MotionFailure::Cause;
 
-ecat_master::AxisConfig slide(std::string_view unit) {
-  ecat_master::AxisConfig axis;
+motion::AxisConfig slide(std::string_view unit) {
+  motion::AxisConfig axis;
   axis.name = "z";
   axis.kind = trajectory::AxisKind::kLinear;
   axis.increments_per_unit = 2e5;
@@ -24,7 +24,7 @@ ecat_master::AxisConfig slide(std::string_view unit) {
   return axis;
 }
 
-events::AxesStopped stopped(const ecat_master::AxisConfig& axis, Cause cause) {
+events::AxesStopped stopped(const motion::AxisConfig& axis, Cause cause) {
   events::AxesStopped stopped;
   stopped.axis = events::event_axis(axis);
   stopped.failure.cause = cause;
@@ -109,7 +109,7 @@ TEST(Event, IsAskedForItsKindAndFacts) {
 }
 
 TEST(Event, ProgressHasItsTime) {
-  const Event event{events::Progress{ecat_master::MotionPhase::kFollowing}, Severity::kProgress, milliseconds{12340}};
+  const Event event{events::Progress{motion::MotionPhase::kFollowing}, Severity::kProgress, milliseconds{12340}};
   EXPECT_EQ(describe(event), "  12.3 s  following the path");
   EXPECT_EQ(sentence(events::Progress{}), "   0.0 s  exchanging");
 }

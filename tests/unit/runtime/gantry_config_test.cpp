@@ -87,14 +87,14 @@ TEST(GantryConfig, BadInputHasOneSentence) {
 TEST(GantryConfig, SentencesHaveTheNumbers) {
   const auto config = must(gantry_of(kPair + "skew_limit = 1\n"));
   const auto axis = events::event_axis(config->axes[0]);
-  EXPECT_EQ(describe(Event{events::AxisFailed{axis, ecat_master::AxisError::kSkew, 0, GantrySkew{-0.0012, 0.001}}}),
+  EXPECT_EQ(describe(Event{events::AxisFailed{axis, motion::AxisError::kSkew, 0, GantrySkew{-0.0012, 0.001}}}),
             "axis x1: ErrorStop: the skew of its gantry was -1.2 mm, the limit is 1 mm; it stops with the other "
             "axis of its gantry");
   EXPECT_EQ(describe(Event{events::GantryAskew{axis, "x2", 0.0007, 0.0005, 0.001}}),
             "gantry of x1 and x2: the skew is 0.7 mm, above skew_warning = 0.5 mm; at 1 mm both axes stop");
   AxisRefusal refusal;
   refusal.why = AxisRefusal::Why::kByAxis;
-  refusal.error = ecat_master::AxisError::kSkew;
+  refusal.error = motion::AxisError::kSkew;
   refusal.skew = GantrySkew{0.004, 0.001};
   EXPECT_EQ(describe(axis, refusal), "axis x1: the skew of its gantry was 4 mm, the limit is 1 mm");
 }

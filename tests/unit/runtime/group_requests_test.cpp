@@ -22,11 +22,11 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::AxisCommand;
-using ecat_master::AxisRequest;
-using ecat_master::GroupState;
-using ecat_master::PlcopenState;
-using ecat_master::RequestPhase;
+using motion::AxisCommand;
+using motion::AxisRequest;
+using motion::GroupState;
+using motion::PlcopenState;
+using motion::RequestPhase;
 using std::chrono::milliseconds;
 using testing::Contains;
 using testing::HasSubstr;
@@ -119,11 +119,9 @@ class GroupByHand : public test::TemporaryDirectory {
     line->add(way);
   }
   /// The report of the group, of an axis; the default one as long as the line is not in operation.
-  [[nodiscard]] ecat_master::GroupReport look() {
-    return line->groups().status(0).report.value_or(ecat_master::GroupReport{});
-  }
-  [[nodiscard]] ecat_master::AxisReport look(std::size_t axis) {
-    return line->axes().status(axis).report.value_or(ecat_master::AxisReport{});
+  [[nodiscard]] motion::GroupReport look() { return line->groups().status(0).report.value_or(motion::GroupReport{}); }
+  [[nodiscard]] motion::AxisReport look(std::size_t axis) {
+    return line->axes().status(axis).report.value_or(motion::AxisReport{});
   }
   [[nodiscard]] GroupState state() { return look().state; }
   [[nodiscard]] double place(std::size_t axis) { return line->groups().status(0).setpoint.at(axis); }
@@ -300,7 +298,7 @@ TEST_F(GroupByHand, AnAxisInAGroupTakesNoRequestsOfItsOwn) {
       [&] { return line->axes().progress(0, single).report.over(); },
       [&] {
         const auto progress = line->axes().progress(0, single);
-        EXPECT_EQ(progress.report.error, ecat_master::AxisError::kInGroup);
+        EXPECT_EQ(progress.report.error, motion::AxisError::kInGroup);
         EXPECT_EQ(place(0), 0.0);
         request = submit(ask(Verb::kDisable));
         return true;
@@ -543,7 +541,7 @@ TEST_F(GroupByHand, TheLossOfOneDriveStopsTheOthersOnThePath) {
       [&] { return ++looks > 75; },
       [&] {
         const auto now = *line->groups().status(0).report;
-        EXPECT_EQ(now.error, ecat_master::GroupError::kAxisFailed);
+        EXPECT_EQ(now.error, motion::GroupError::kAxisFailed);
         EXPECT_EQ(now.failed_axis, 1U);
         rests_at = look(0).setpoint;
         EXPECT_GT(rests_at, 0.01) << "it was on its way";

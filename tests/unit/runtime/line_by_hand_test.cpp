@@ -17,9 +17,9 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::AxisCommand;
-using ecat_master::AxisRequest;
-using ecat_master::PlcopenState;
+using motion::AxisCommand;
+using motion::AxisRequest;
+using motion::PlcopenState;
 using std::chrono::milliseconds;
 using testing::Contains;
 /// Observes a line, and calls a function in each poll until that returns true.
@@ -48,8 +48,8 @@ class LineByHand : public test::TemporaryDirectory {
     line->observe(hand);
   }
   /// The report of an axis; the default one as long as the line is not in operation.
-  [[nodiscard]] ecat_master::AxisReport look(std::size_t axis) {
-    return line->axes().status(axis).report.value_or(ecat_master::AxisReport{});
+  [[nodiscard]] motion::AxisReport look(std::size_t axis) {
+    return line->axes().status(axis).report.value_or(motion::AxisReport{});
   }
   [[nodiscard]] PlcopenState state(std::size_t axis) { return look(axis).state; }
   [[nodiscard]] bool over(std::size_t axis, std::uint64_t request) {
@@ -156,7 +156,7 @@ TEST_F(LineByHand, ARefusedTakeOverLeavesTheAxisAndItsMotionToItsOwner) {
       if (moving == 20 + stays) axes.leave("taker", true);
       if (moving < 60) return;
       EXPECT_EQ(state(0), PlcopenState::kContinuousMotion);
-      EXPECT_EQ(axes.progress(0, jog).report.phase, ecat_master::RequestPhase::kReached);
+      EXPECT_EQ(axes.progress(0, jog).report.phase, motion::RequestPhase::kReached);
       EXPECT_EQ(axes.status(0).owner, "hand");
       line->request_stop();
     };
@@ -219,7 +219,7 @@ TEST_F(LineByHand, AnAxisHomesByItsDrive) {
     if (homed == 0) return;
     homing = homing || state(1) == PlcopenState::kHoming;
     if (!over(1, homed)) return;
-    EXPECT_EQ(axes.progress(1, homed).report.phase, ecat_master::RequestPhase::kDone);
+    EXPECT_EQ(axes.progress(1, homed).report.phase, motion::RequestPhase::kDone);
     place = look(1).position;
     line->request_stop();
   };
@@ -244,7 +244,7 @@ TEST_F(LineByHand, AnAxisIsLedByATorqueNoFasterThanItMay) {
     fastest = std::max(fastest, look(0).velocity);
     if (++looks == 50) {
       EXPECT_EQ(state(0), PlcopenState::kContinuousMotion);
-      EXPECT_EQ(axes.progress(0, pulled).report.phase, ecat_master::RequestPhase::kReached);
+      EXPECT_EQ(axes.progress(0, pulled).report.phase, motion::RequestPhase::kReached);
       EXPECT_EQ(look(0).mode, 10);
       halted = axes.submit(caller("hand"), 0, ask(AxisCommand::kHalt)).value();
     }

@@ -10,7 +10,7 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::cia402::Mode;
+using motion::cia402::Mode;
 using std::chrono::microseconds;
 
 const slaves::msd::MsdParameters& msd_of(const SlaveConfig& slave) {
@@ -55,7 +55,7 @@ TEST(LineConfig, OneNamedSlaveIsEnough) {
   EXPECT_FALSE(config.output.capture);
   EXPECT_FALSE(config.interface2);
   EXPECT_EQ(config.port, port::PortChoice::kAuto);
-  EXPECT_EQ(config.recovery.axes, ecat_master::LossPolicy::kStop);
+  EXPECT_EQ(config.recovery.axes, motion::LossPolicy::kStop);
   EXPECT_EQ(config.recovery.give_up, std::chrono::seconds{60});
 }
 
@@ -216,7 +216,7 @@ velocity_gain = 4000
   EXPECT_EQ(config.interface, "eth1");
   EXPECT_EQ(config.interface2, "eth2");
   EXPECT_EQ(config.port, port::PortChoice::kXdp);
-  EXPECT_EQ(config.recovery.axes, ecat_master::LossPolicy::kContinue);
+  EXPECT_EQ(config.recovery.axes, motion::LossPolicy::kContinue);
   EXPECT_EQ(config.recovery.give_up, std::chrono::seconds{0});
   EXPECT_EQ(config.max_lost_cycles, 20U);
   EXPECT_EQ(config.policy, rt::RealtimePolicy::kDegrade);
@@ -231,7 +231,7 @@ velocity_gain = 4000
   EXPECT_EQ(config.path->file, "plant/paths/a.csv") << "relative to the line description";
   EXPECT_EQ(config.path->interpolation, trajectory::InterpolationMethod::kNaturalSpline);
   EXPECT_TRUE(config.path->repeat);
-  EXPECT_EQ(config.path->late, ecat_master::LatePolicy::kCatchUp);
+  EXPECT_EQ(config.path->late, motion::LatePolicy::kCatchUp);
   EXPECT_FALSE(config.telemetry.enabled);
   EXPECT_EQ(config.telemetry.domain, 17U);
   EXPECT_EQ(config.telemetry.decimation, 1U);
@@ -335,12 +335,12 @@ TEST(LineConfig, LimitsAreInTheUnitOfTheAxis) {
       "position_tolerance = 18\n";
   const auto si = parsed(line).axes[0];
   EXPECT_EQ(si.limits.max_velocity, 720.0);
-  EXPECT_EQ(ecat_master::position_unit(si).name, "rad");
+  EXPECT_EQ(motion::position_unit(si).name, "rad");
   const auto degrees = parsed(line + "unit = \"deg\"\n").axes[0];
   EXPECT_DOUBLE_EQ(degrees.limits.max_velocity, 4.0 * std::numbers::pi);
   EXPECT_DOUBLE_EQ(degrees.limits.max_acceleration, 20.0 * std::numbers::pi);
   EXPECT_DOUBLE_EQ(degrees.position_tolerance.value(), 0.1 * std::numbers::pi);
-  EXPECT_EQ(ecat_master::position_unit(degrees).name, "deg");
+  EXPECT_EQ(motion::position_unit(degrees).name, "deg");
   const auto mm = parsed(line + "unit = \"mm\"\nfeed_mm_per_revolution = 10\n").axes[0];
   EXPECT_DOUBLE_EQ(mm.limits.max_velocity, 0.72);
   EXPECT_DOUBLE_EQ(mm.increments_per_unit, 1048576 / 0.01) << "of a metre, whatever people read";

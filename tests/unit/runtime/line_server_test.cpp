@@ -270,7 +270,7 @@ TEST_F(LineServerTest, AFrameBehindSync0ComesBehindIt) {
     return value_in(primary.sent.back());
   };
   const auto write = [&reply](std::uint16_t address, std::uint64_t value, std::size_t length) {
-    const auto bytes = wire::to_le_bytes(value);
+    const auto bytes = bytes::to_le_bytes(value);
     static_cast<void>(reply(access(address, length, std::span(bytes).first(length))));
   };
   const auto now = reply(access(0x0910, 8));

@@ -14,7 +14,7 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::SetpointCycle;
+using motion::SetpointCycle;
 using testing::Contains;
 using testing::HasSubstr;
 using trajectory::AxisSetpoint;
@@ -23,7 +23,7 @@ constexpr auto kSlave = "[[slave]]\nname = \"x\"\nmodel = \"msd\"\n";
 constexpr auto kAxis = "[[axis]]\nname = \"x\"\nslave = \"x\"\n";
 
 /// Pulls an axis by torque to a position 1 rad from its start, for a second.
-class Spring final : public ecat_master::SetpointSource {
+class Spring final : public motion::SetpointSource {
  public:
   explicit Spring(std::size_t axes) : axes_(axes) {}
   [[nodiscard]] std::size_t axis_count() const noexcept override { return axes_; }
@@ -109,7 +109,7 @@ TEST_F(LineTest, TellsOfAFaultWithItsFactsAndTime) {
   const auto* stopped = failure->as<events::AxesStopped>();
   ASSERT_NE(stopped, nullptr) << describe(*failure);
   EXPECT_EQ(stopped->axis.name, "x");
-  EXPECT_EQ(stopped->failure.cause, ecat_master::MotionFailure::Cause::kCommunication);
+  EXPECT_EQ(stopped->failure.cause, motion::MotionFailure::Cause::kCommunication);
   ASSERT_TRUE(failure->time);
   EXPECT_GT(*failure->time, std::chrono::milliseconds{100});
   EXPECT_LT(*failure->time, std::chrono::seconds{2});

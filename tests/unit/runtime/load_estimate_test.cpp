@@ -18,8 +18,8 @@ namespace {
 using testing::HasSubstr;
 using trajectory::AxisSetpoint;
 
-ecat_master::AxisConfig axis() {
-  ecat_master::AxisConfig config;
+motion::AxisConfig axis() {
+  motion::AxisConfig config;
   config.name = "x";
   config.limits = {100.0, 1000.0};
   return config;

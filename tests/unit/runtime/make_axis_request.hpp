@@ -8,8 +8,8 @@
 
 namespace driveline::runtime {
 
-inline ecat_master::AxisRequest ask(ecat_master::AxisCommand command, double target = 0.0) {
-  ecat_master::AxisRequest request;
+inline motion::AxisRequest ask(motion::AxisCommand command, double target = 0.0) {
+  motion::AxisRequest request;
   request.command = command;
   request.target_si = target;
   return request;

@@ -15,8 +15,8 @@ using snapshot::AxisState;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-std::vector<ecat_master::AxisConfig> two_axes() {
-  std::vector<ecat_master::AxisConfig> axes(2);
+std::vector<motion::AxisConfig> two_axes() {
+  std::vector<motion::AxisConfig> axes(2);
   axes[0].name = "x";
   axes[1].name = "z";
   axes[1].kind = trajectory::AxisKind::kLinear;

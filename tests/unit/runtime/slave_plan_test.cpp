@@ -6,7 +6,7 @@ namespace driveline::runtime {
 namespace {
 
 using ecat_master::IdentityRule;
-using ecat_master::MappedObject;
+using motion::MappedObject;
 using std::chrono::milliseconds;
 
 /// The plan of a single slave with these lines after its name.
@@ -72,7 +72,7 @@ TEST(SlavePlan, TheApplicationGetsTheEepromWhenItSaysSo) {
 }
 
 TEST(SlavePlan, WritesThatASlaveMayRefuse) {
-  using ecat_master::WriteNeed;
+  using motion::WriteNeed;
   const auto by_default = parsed("");
   EXPECT_EQ(by_default.needs, ecat_master::StartupNeeds{});
   EXPECT_EQ(by_default.interpolation_time, WriteNeed::kOptional);
@@ -89,7 +89,7 @@ TEST(SlavePlan, WritesThatASlaveMayRefuse) {
 
 /// The key is about the 60C2h of the axis; an SDO of the file has its own key.
 TEST(SlavePlan, TheInterpolationTimeOfTheFileIsNotThatOfTheAxis) {
-  using ecat_master::WriteNeed;
+  using motion::WriteNeed;
   const auto config = parsed(
       "[slave.startup]\ninterpolation_time = \"omit\"\n[[slave.sdo]]\nindex = 0x60C2\nsubindex = 1\ntype = \"uint8\"\n"
       "value = 4\n[[slave.sdo]]\nindex = 0x6065\ntype = \"uint32\"\nvalue = 9\noptional = true\n");
@@ -109,11 +109,11 @@ TEST(SlavePlan, StartupSdosInTheirOrder) {
   ASSERT_EQ(plan.sdos.size(), 2U);
   EXPECT_EQ(plan.sdos[0].index, 0x6065);
   EXPECT_THAT(plan.sdos[0].data, testing::ElementsAre(std::byte{0xE8}, std::byte{3}, std::byte{0}, std::byte{0}));
-  EXPECT_EQ(plan.sdos[0].before, wire::AlState::kSafeOp);
+  EXPECT_EQ(plan.sdos[0].in, motion::StartupState::kPreOperational);
   EXPECT_FALSE(plan.sdos[0].complete);
   EXPECT_EQ(plan.sdos[1].subindex, 1);
   EXPECT_TRUE(plan.sdos[1].complete);
-  EXPECT_EQ(plan.sdos[1].before, wire::AlState::kOp);
+  EXPECT_EQ(plan.sdos[1].in, motion::StartupState::kSafeOperational);
   EXPECT_EQ(plan.sdos[1].data.size(), 3U);
 }
 
@@ -133,7 +133,7 @@ TEST(SlavePlan, PdosGoWhereTheirIndexBelongs) {
 TEST(SlavePlan, ApplyAddsToWhatIsPlanned) {
   const auto config = parsed("alias = 3\n[[slave.sdo]]\nindex = 0x6065\ntype = \"uint32\"\nvalue = 1\n");
   ecat_master::SlavePlan plan;
-  plan.startup_sdos.push_back({0x6060, 0, {std::byte{8}}, false, wire::AlState::kSafeOp});
+  plan.startup_sdos.push_back({0x6060, 0, {std::byte{8}}, false, motion::StartupState::kPreOperational});
   plan.pdos.outputs.push_back({0x1600, {}, std::nullopt});
   config.apply(plan);
   EXPECT_EQ(plan.alias, 3);

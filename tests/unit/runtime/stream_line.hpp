@@ -23,7 +23,7 @@
 #include <variant>
 #include <vector>
 
-#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/motion/axis/axis.hpp"
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/stream/client.hpp"
 #include "stream/stream_server.hpp"
@@ -104,8 +104,7 @@ class StreamLine {
                          i,
                          {-100.0, 100.0, 10.0, 100.0},
                          *trajectory::find_position_unit("deg")});
-      inputs.emplace_back(ecat_master::AxisConfig{}, ecat_master::ProcessDataPlace{},
-                          ecat_master::axis_pdo_configuration());
+      inputs.emplace_back(motion::AxisConfig{}, motion::ImagePlace{}, motion::axis_pdo_configuration());
     }
     auto opened = StreamServer::open(config, std::move(offered), hub, authority, kPeriod);
     if (!opened) throw std::runtime_error(describe(opened.error()));
@@ -114,7 +113,7 @@ class StreamLine {
   }
 
   void cycle() {
-    ecat_master::TaskCycle now;
+    motion::TaskCycle now;
     now.cycle = ++number;
     now.grid = number * std::chrono::nanoseconds{kPeriod};
     now.elapsed = kPeriod;
@@ -152,7 +151,7 @@ class StreamLine {
   }
 
   test::TemporaryFolder folder{};
-  std::vector<ecat_master::Axis> inputs{};
+  std::vector<motion::Axis> inputs{};
   AxisAuthority authority{3};
   StreamedAxes axes{3};
   StreamHub hub{axes, 3};

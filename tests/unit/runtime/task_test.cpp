@@ -13,8 +13,8 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::TaskCycle;
-using ecat_master::TaskTiming;
+using motion::TaskCycle;
+using motion::TaskTiming;
 using testing::HasSubstr;
 
 constexpr auto kSlaves = "[[slave]]\nname = \"x\"\nmodel = \"msd\"\n[[slave]]\nname = \"y\"\nmodel = \"msd\"\n";
@@ -126,7 +126,7 @@ class Witness final : public Task {
 
  private:
   std::string variable_;
-  std::optional<ecat_master::PdoEntry<std::int32_t>> entry_;
+  std::optional<motion::PdoEntry<std::int32_t>> entry_;
   std::chrono::nanoseconds last_grid_{};
   std::uint64_t last_system_time_ = 0;
 };
@@ -284,7 +284,7 @@ TEST_F(TaskTest, MisuseIsAnErrorWithItsFacts) {
   EXPECT_THAT(refusal(line->add(two, {"one", {}, {"y"}})), HasSubstr("the name \"one\" belongs to another task"));
   EXPECT_THAT(refusal(line->add(one, {"two", {}, {"y"}})), HasSubstr("already added with the name \"one\""));
   EXPECT_THAT(refusal(line->add(two, {"two", {}, {"y", "x"}})), HasSubstr("axis \"x\" is driven by the task \"one\""));
-  ecat_master::DrivenAxes source({1, 1}, 125e-6);
+  motion::DrivenAxes source({1, 1}, 125e-6);
   EXPECT_THAT(refusal(line->use(source)), HasSubstr("a task drives the axes"));
   static_cast<void>(run(*line, 0.05));
   EXPECT_THAT(refusal(line->add(two, {"two", {}, {"y"}})), HasSubstr("runs or has run"));
@@ -297,7 +297,7 @@ TEST_F(TaskTest, TwoSourcesOfSetpointsAreRefused) {
   EXPECT_THAT(refusal(line->add(pull, {"pull", {}, {"x"}})), HasSubstr("[path]"));
   EXPECT_TRUE(line->add(pull, {"pull", {}, {}})) << "one that drives nothing does no harm";
   auto other = open(std::string(kSlaves) + kPositionAxes);
-  ecat_master::DrivenAxes source({1, 1}, 125e-6);
+  motion::DrivenAxes source({1, 1}, 125e-6);
   ASSERT_TRUE(other->use(source));
   EXPECT_THAT(refusal(other->add(pull, {"pull", {}, {"x"}})), HasSubstr("another source of setpoints"));
 }

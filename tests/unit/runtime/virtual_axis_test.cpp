@@ -66,9 +66,9 @@ class Mover final : public Observer {
   void poll() override {
     const auto status = line_.axes().status(1);
     if (!status.report) return;
-    if (status.report->state == ecat_master::PlcopenState::kStandstill && !asked) {
-      ecat_master::AxisRequest request;
-      request.command = ecat_master::AxisCommand::kMoveAbsolute;
+    if (status.report->state == motion::PlcopenState::kStandstill && !asked) {
+      motion::AxisRequest request;
+      request.command = motion::AxisCommand::kMoveAbsolute;
       request.target_si = 0.02;
       AxisCaller caller;
       caller.name = "test";
@@ -111,7 +111,7 @@ class Coupler final : public Observer {
   void poll() override {
     for (std::size_t axis = 0; axis < last.size(); ++axis) last[axis] = line_.axes().status(axis);
     const bool ready = last[0].report && std::all_of(last.begin(), last.end(), [](const AxisStatus& one) {
-                         return one.report->state != ecat_master::PlcopenState::kDisabled;
+                         return one.report->state != motion::PlcopenState::kDisabled;
                        });
     // The filter of the encoder must have settled.
     if (!ready || ++looks_ < 20) return;
@@ -128,8 +128,8 @@ class Coupler final : public Observer {
       for (std::size_t axis = 0; axis < 2; ++axis) first[axis] = last[axis].report->position;
     }
     if (looks_ == 30) {
-      ecat_master::AxisRequest request;
-      request.command = ecat_master::AxisCommand::kMoveAbsolute;
+      motion::AxisRequest request;
+      request.command = motion::AxisCommand::kMoveAbsolute;
       request.target_si = 3.0;
       static_cast<void>(line_.axes().submit(caller, 2, request));
     }

@@ -57,10 +57,10 @@ TEST(FrameBuilder, BuildsACapturedFrame) {
   const auto read = builder.add(Command::kBrd, 0, DatagramAddress::physical(1, 0x0130), 2);
   ASSERT_TRUE(write && read);
   EXPECT_FALSE(builder.empty());
-  store_le<std::uint16_t>(builder.data(*read), 1);
+  bytes::store_le<std::uint16_t>(builder.data(*read), 1);
   auto frame = builder.finish();
-  store_le<std::uint16_t>(frame.subspan(write->working_counter()), 1);
-  store_le<std::uint16_t>(frame.subspan(read->working_counter()), 1);
+  bytes::store_le<std::uint16_t>(frame.subspan(write->working_counter()), 1);
+  bytes::store_le<std::uint16_t>(frame.subspan(read->working_counter()), 1);
   EXPECT_EQ(to_bytes(frame), bytes_of(kTwoDatagrams));
 }
 
@@ -139,7 +139,7 @@ TEST(DatagramCursor, WalksACapturedFrame) {
   const auto read = must(cursor->next());
   EXPECT_TRUE(cursor->done());
   EXPECT_EQ(read->header.command, Command::kBrd);
-  EXPECT_EQ(load_le<std::uint16_t>(read->data), 1);
+  EXPECT_EQ(bytes::load_le<std::uint16_t>(read->data), 1);
   EXPECT_EQ(read->place.header, 36U);
   EXPECT_EQ(read->working_counter(), 1);
 }
@@ -149,7 +149,7 @@ TEST(DatagramCursor, MutableCursorWritesInPlace) {
   auto cursor = must(MutableDatagramCursor::open(frame));
   const auto datagram = must(cursor->next());
   datagram->data[0] = std::byte{0x77};
-  store_le<std::uint16_t>(datagram->working_counter_bytes, 0x1234);
+  bytes::store_le<std::uint16_t>(datagram->working_counter_bytes, 0x1234);
   EXPECT_EQ(frame[26], std::byte{0x77});
   EXPECT_EQ(frame[34], std::byte{0x34});
   EXPECT_EQ(frame[35], std::byte{0x12});
@@ -174,7 +174,7 @@ TEST(DatagramCursor, EveryTruncationIsRejected) {
 
 /// `frame` with the 16-bit word at `offset` replaced.
 Bytes with_word(Bytes frame, std::size_t offset, std::uint16_t value) {
-  store_le<std::uint16_t>(std::span(frame).subspan(offset), value);
+  bytes::store_le<std::uint16_t>(std::span(frame).subspan(offset), value);
   return frame;
 }
 
@@ -225,7 +225,7 @@ TEST(DatagramCursor, ErrorEndsTheWalk) {
 TEST(DatagramCursor, OtherEtherTypes) {
   for (const unsigned type : {0x0000U, 0x0800U, 0x88A3U, 0x88A5U, 0xA488U, 0x88CCU, 0xFFFFU}) {
     auto frame = three_datagrams();
-    store_be16(std::span(frame).subspan(12), static_cast<std::uint16_t>(type));
+    bytes::store_be16(std::span(frame).subspan(12), static_cast<std::uint16_t>(type));
     const auto result = walk(frame);
     ASSERT_FALSE(result) << type;
     EXPECT_EQ(result.error(), DecodeError::kNotEtherCat) << type;
@@ -285,9 +285,9 @@ TEST(DatagramCursor, RandomFramesNeverLeaveTheBuffer) {
   for (int round = 0; round < 20000; ++round) {
     Bytes frame(16 + random() % 120);
     for (auto& b : frame) b = static_cast<std::byte>(random() % 3 == 0 ? random() : random() % 3);
-    store_be16(std::span(frame).subspan(12), kEtherTypeEtherCat);
-    store_le<std::uint16_t>(std::span(frame).subspan(14),
-                            static_cast<std::uint16_t>(0x1000U | (random() % frame.size())));
+    bytes::store_be16(std::span(frame).subspan(12), kEtherTypeEtherCat);
+    bytes::store_le<std::uint16_t>(std::span(frame).subspan(14),
+                                   static_cast<std::uint16_t>(0x1000U | (random() % frame.size())));
     auto cursor = DatagramCursor::open(frame);
     while (cursor && !cursor->done()) {
       const auto datagram = cursor->next();

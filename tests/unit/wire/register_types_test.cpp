@@ -13,7 +13,7 @@ template <typename T>
 class RegisterType : public ::testing::Test {
  protected:
   using Raw = typename RegisterSample<T>::Raw;
-  static Raw raw_of(std::string_view hex) { return load_le<Raw>(bytes_of(hex)); }
+  static Raw raw_of(std::string_view hex) { return bytes::load_le<Raw>(bytes_of(hex)); }
 };
 
 using Types = AsTestTypes<RegisterTypes>::Type;

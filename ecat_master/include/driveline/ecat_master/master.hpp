@@ -11,13 +11,14 @@
 #include "driveline/ecat_master/coe/emergency_log.hpp"
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/configuration/register_guard.hpp"
-#include "driveline/ecat_master/cyclic/cycle_runner.hpp"
+#include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_exchange.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "driveline/ecat_master/discovery/topology.hpp"
 #include "driveline/ecat_master/eoe/eoe_ports.hpp"
 #include "driveline/ecat_master/soe/soe_log.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
+#include "driveline/motion/cycle/cycle_runner.hpp"
 
 namespace driveline::ecat_master {
 
@@ -101,10 +102,11 @@ class Master {
   [[nodiscard]] const ProcessImage& image() const noexcept { return image_; }
 
   /// Creates the runner for the cycle of `core`.
-  using MakeRunner = std::function<std::unique_ptr<CycleRunner>(CyclicCore& core)>;
+  using MakeRunner = std::function<std::unique_ptr<motion::CycleRunner>(CyclicCore& core)>;
 
   /// Starts the cyclic exchange in SAFEOP. `motion` may be null. Error: that of CycleRunner::start().
-  [[nodiscard]] tl::expected<void, rt::RealtimeError> start_cycle(MotionControl* motion, SampleRings rings,
+  [[nodiscard]] tl::expected<void, rt::RealtimeError> start_cycle(motion::MotionControl* motion,
+                                                                  motion::SampleRings rings,
                                                                   CyclicCore::Settings settings,
                                                                   const MakeRunner& make_runner);
   /// Takes the slaves from SAFEOP to OP while the cycle runs and provides valid outputs. Errors: NoExchange when no
@@ -149,7 +151,7 @@ class Master {
   /// While the cycle runs: its core, else null.
   [[nodiscard]] CyclicCore* core() noexcept { return core_.get(); }
   /// While the cycle runs: its runner, else null.
-  [[nodiscard]] CycleRunner* runner() noexcept { return runner_.get(); }
+  [[nodiscard]] motion::CycleRunner* runner() noexcept { return runner_.get(); }
   /// Whether start_cycle() has been called and shut_down() has not.
   [[nodiscard]] bool cycling() const noexcept { return cycling_; }
   /// Access to SDO transfers: through the cycle while it runs, directly otherwise. Null: no mailbox.
@@ -270,7 +272,7 @@ class Master {
   std::unique_ptr<dc::ClockFollower> follower_;
   std::unique_ptr<dc::ClockWatch> watch_;
   std::unique_ptr<CyclicCore> core_;
-  std::unique_ptr<CycleRunner> runner_;
+  std::unique_ptr<motion::CycleRunner> runner_;
   bool cycling_ = false;
   std::unique_ptr<CyclicExchange> cyclic_;
 };

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "driveline/ecat_master/cyclic/setpoint_source.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
+#include "driveline/motion/control/setpoint_source.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/groups/group_requests.hpp"
@@ -41,7 +41,7 @@ class Line {
     std::string second_interface;  ///< interface at the far end of a ring
     bool virtual_time = false;     ///< simulated line on virtual time: deterministic, as fast as possible
     /// For all axes of a file, instead of their own mode: CSP, CSV or CST.
-    std::optional<ecat_master::cia402::Mode> mode{};
+    std::optional<motion::cia402::Mode> mode{};
     Session::Adjust adjust{};  ///< changes the configuration before anything is opened
     DeviceRegistry devices{};  ///< families that a file may name; a description made in C++ has its own
   };
@@ -90,7 +90,7 @@ class Line {
   /// Uses `source` for the setpoints of all axes instead of the path of the description, for example the program's own
   /// controller. It must outlive the line. Call before run(). Errors (kCall): the number of its axes differs from that
   /// of the line, a task drives axes, or the line has run.
-  [[nodiscard]] Result<void> use(ecat_master::SetpointSource& source);
+  [[nodiscard]] Result<void> use(motion::SetpointSource& source);
 
   /// Runs `task` in the cycle; tasks run in the order in which they are added. Axes that a task drives keep their
   /// limits, supervision, telemetry and flight recorder; other axes hold their position. `task` must outlive the line.
@@ -136,7 +136,7 @@ class Line {
 
   std::unique_ptr<Session> session_;
   std::optional<trajectory::Interpolator> path_;
-  ecat_master::SetpointSource* source_ = nullptr;
+  motion::SetpointSource* source_ = nullptr;
   Observer silent_;
   Observer* observer_ = &silent_;
   std::vector<snapshot::SampleConsumer*> consumers_;

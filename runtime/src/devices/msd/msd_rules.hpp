@@ -15,9 +15,9 @@ class MsdRules : public DriveRules {
   /// cubic spline interpolation between the setpoints (P 370 = 3) and, if known, the inertia for the drive's own torque
   /// feed-forward (P 1516). If the master has a feed-forward of friction or gravity as well, the drive takes the whole
   /// torque from 60B2h (P 379 sub 2 = 1).
-  [[nodiscard]] std::vector<ecat_master::StartupSdo> startup_sdos(const ecat_master::AxisConfig& axis,
-                                                                  std::chrono::nanoseconds period) const override;
-  [[nodiscard]] unsigned interpolation_exchanges() const noexcept override { return ecat_master::kSplinePeriods; }
+  [[nodiscard]] std::vector<motion::StartupSdo> startup_sdos(const motion::AxisConfig& axis,
+                                                             std::chrono::nanoseconds period) const override;
+  [[nodiscard]] unsigned interpolation_exchanges() const noexcept override { return motion::kSplinePeriods; }
   /// MSD manual 9.1: the cycle time is a multiple of 125 us.
   [[nodiscard]] std::chrono::nanoseconds clock_base() const noexcept override { return std::chrono::microseconds{125}; }
   /// MSD manual Tables 12.20, 12.22, 12.24: bit 12 reports whether the target is used; 12.2.2: units of the velocity

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
@@ -26,18 +26,18 @@ std::uint32_t checksum(std::span<const std::byte> bytes) noexcept {
 std::vector<std::byte> make_firmware(Variant variant, FirmwareVersion version, std::span<const std::byte> program) {
   std::vector<std::byte> file(kHeaderBytes + program.size());
   const auto at = [&](std::size_t offset) { return std::span(file).subspan(offset); };
-  wire::store_le(at(0), kSignature);
-  wire::store_le(at(kProductOffset), facts(variant).product_code);
+  bytes::store_le(at(0), kSignature);
+  bytes::store_le(at(kProductOffset), facts(variant).product_code);
   const std::array numbers{version.major, version.minor, version.correction};
   for (std::size_t i = 0; i < numbers.size(); ++i) file[kVersionOffset + i] = static_cast<std::byte>(numbers[i]);
-  wire::store_le(at(kLengthOffset), static_cast<std::uint32_t>(program.size()));
-  wire::store_le(at(kChecksumOffset), checksum(program));
+  bytes::store_le(at(kLengthOffset), static_cast<std::uint32_t>(program.size()));
+  bytes::store_le(at(kChecksumOffset), checksum(program));
   std::copy(program.begin(), program.end(), file.begin() + kHeaderBytes);
   return file;
 }
 
 tl::expected<FirmwareVersion, FirmwareError> check_firmware(std::span<const std::byte> file, Variant variant) noexcept {
-  const auto number = [&](std::size_t offset) { return wire::load_le<std::uint32_t>(file.subspan(offset)); };
+  const auto number = [&](std::size_t offset) { return bytes::load_le<std::uint32_t>(file.subspan(offset)); };
   if (file.size() < kHeaderBytes || number(0) != kSignature) return tl::unexpected(FirmwareError::kNoHeader);
   if (number(kProductOffset) != facts(variant).product_code) return tl::unexpected(FirmwareError::kProduct);
   const auto program = file.subspan(kHeaderBytes);

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "driveline/ecat_master/cyclic/cycle_runner.hpp"
+#include "driveline/motion/cycle/cycle_runner.hpp"
 #include "true_time.hpp"
 
 namespace driveline::bus_test {
@@ -30,7 +30,7 @@ nanoseconds nearer(nanoseconds a, nanoseconds b) {
 
 }  // namespace
 
-class ClockRun::Runner final : public ecat_master::CycleRunner {
+class ClockRun::Runner final : public motion::CycleRunner {
  public:
   Runner(ecat_master::CyclicCore& core, rt::Clock& clock, nanoseconds early, nanoseconds& grid)
       : core_(core), clock_(clock), timer_(clock, core.settings().period, nanoseconds{0}, early), grid_(grid) {}

@@ -6,11 +6,11 @@
 #include <variant>
 #include <vector>
 
-#include "bytes.hpp"
 #include "driveline/ecat_master/error.hpp"
 #include "driveline/ecat_master/mailbox/mailbox_client.hpp"
 #include "driveline/wire/mailbox.hpp"
 #include "scripted_mailbox.hpp"
+#include "support/bytes.hpp"
 
 namespace driveline::ecat_master_test {
 
@@ -29,7 +29,7 @@ struct MailBench {
   /// A mailbox message: length, address 0, channel 0, type, counter; then the service.
   Bytes mail(std::string_view service) { return mail(service, protocol); }
   Bytes mail(std::string_view service, wire::MailboxType type) {
-    const auto data = hex(service);
+    const auto data = bytes_test::hex(service);
     counter = static_cast<std::uint8_t>(counter % 7 + 1);
     Bytes bytes{static_cast<std::byte>(data.size() & 0xFFU), static_cast<std::byte>(data.size() >> 8)};
     bytes.resize(5);

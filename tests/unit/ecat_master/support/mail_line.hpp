@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/ecat_master/bus/datagram_exchange.hpp"
 #include "driveline/ecat_master/mailbox/mailbox_window.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::ecat_master_test {
 
@@ -68,7 +68,7 @@ class MailLine final : public ecat_master::DatagramExchange {
         request.working_counter = 0;
         return;
       }
-      const auto length = wire::load_le<std::uint16_t>(request.data) + std::size_t{6};
+      const auto length = bytes::load_le<std::uint16_t>(request.data) + std::size_t{6};
       slave.heard.emplace_back(request.data.begin(), request.data.begin() + static_cast<std::ptrdiff_t>(length));
       if (slave.answers) slave.answers(slave.heard.back());
     } else if (!write && address == kWindow.in_address) {

@@ -46,7 +46,7 @@ class ScriptedMailbox final : public ecat_master::DatagramExchange {
         request.working_counter = 0;
         return;
       }
-      const auto length = wire::load_le<std::uint16_t>(request.data) + std::size_t{6};
+      const auto length = bytes::load_le<std::uint16_t>(request.data) + std::size_t{6};
       requests.emplace_back(request.data.begin(), request.data.begin() + static_cast<std::ptrdiff_t>(length));
       if (answers.empty()) return;
       for (auto& mail : answers.front()) waiting_.push_back(std::move(mail));

@@ -22,11 +22,11 @@ class AcmeDevice final : public runtime::SlaveDevice {
 
 class AcmeRules final : public runtime::DriveRules {
  public:
-  [[nodiscard]] std::vector<ecat_master::StartupSdo> startup_sdos(const ecat_master::AxisConfig& axis,
-                                                                  std::chrono::nanoseconds period) const override {
+  [[nodiscard]] std::vector<motion::StartupSdo> startup_sdos(const motion::AxisConfig& axis,
+                                                             std::chrono::nanoseconds period) const override {
     auto sdos = DriveRules::startup_sdos(axis, period);
     const auto time_us = std::chrono::duration_cast<std::chrono::microseconds>(period).count();
-    sdos.push_back(ecat_master::startup_sdo(kSetpointTime, 0, static_cast<std::uint32_t>(time_us)));
+    sdos.push_back(motion::startup_sdo(kSetpointTime, 0, static_cast<std::uint32_t>(time_us)));
     return sdos;
   }
   /// It moves to a setpoint when the next one arrives, and reports that with the following exchange.

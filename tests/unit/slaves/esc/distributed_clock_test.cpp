@@ -28,7 +28,7 @@ class DistributedClockTest : public BenchSlave {
   }
   /// A reference time arrives with an ARMW / FRMW frame.
   void send_system_time(nanoseconds time) {
-    const auto raw = wire::to_le_bytes(static_cast<std::uint32_t>(time.count()));
+    const auto raw = bytes::to_le_bytes(static_cast<std::uint32_t>(time.count()));
     EXPECT_EQ(transfer(Command::kArmw, 1, 0x0910, {raw.begin(), raw.end()}).working_counter, 1);
   }
   std::int64_t difference_ns() {
@@ -182,7 +182,8 @@ TEST_F(DistributedClockTest, PropagationDelayIsTakenIntoAccount) {
       << "ECAT reads the time at which the frame passed the reference clock";
   std::array<std::byte, 8> seen{};
   ASSERT_TRUE(esc().pdi_read(0x0910, seen, now()));
-  EXPECT_EQ(wire::load_le<std::uint64_t>(seen), static_cast<std::uint64_t>(now().count())) << "the application its own";
+  EXPECT_EQ(bytes::load_le<std::uint64_t>(seen), static_cast<std::uint64_t>(now().count()))
+      << "the application its own";
 }
 
 TEST_F(DistributedClockTest, FollowsTheReferenceDespiteDrift) {

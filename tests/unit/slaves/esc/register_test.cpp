@@ -24,7 +24,7 @@ TEST_F(RegisterTest, ResetValuesAreThoseOfTheTable) {
     if (row.ecat == RegisterAccess::kWrite || std::find(own.begin(), own.end(), row.address) != own.end()) continue;
     for (unsigned n = 0; n < row.count; ++n) {
       const auto answer = read(static_cast<std::uint16_t>(row.address + n * row.stride), row.size);
-      const auto expected = wire::to_le_bytes(row.reset);
+      const auto expected = bytes::to_le_bytes(row.reset);
       EXPECT_TRUE(std::equal(answer.data.begin(), answer.data.end(), expected.begin())) << row.name;
     }
   }

@@ -21,8 +21,8 @@ class SiiFileTest : public BenchSlave {
   void write_word(std::uint32_t word, unsigned value) {
     write(0x0508, bytes({value & 0xFF, value >> 8}));
     std::vector<std::byte> data(6);
-    wire::store_le<std::uint16_t>(std::span(data), sii::kCommandWrite | sii::kWriteEnable);
-    wire::store_le(std::span(data).subspan(2), word);
+    bytes::store_le<std::uint16_t>(std::span(data), sii::kCommandWrite | sii::kWriteEnable);
+    bytes::store_le(std::span(data).subspan(2), word);
     ASSERT_EQ(write(0x0502, data), 1);
   }
 

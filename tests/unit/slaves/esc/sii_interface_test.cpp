@@ -12,8 +12,8 @@ class SiiInterfaceTest : public BenchSlave {
   /// Command and address in one datagram, as masters send it.
   std::uint16_t command(std::uint16_t control, std::uint32_t word_address) {
     std::vector<std::byte> data(6);
-    wire::store_le(std::span(data), control);
-    wire::store_le(std::span(data).subspan(2), word_address);
+    bytes::store_le(std::span(data), control);
+    bytes::store_le(std::span(data).subspan(2), word_address);
     return write(0x0502, data);
   }
   std::uint16_t status() { return get(reg::kSiiControl); }
@@ -122,8 +122,8 @@ TEST_F(SiiInterfaceTest, OwnershipMovesToThePdiAndBack) {
 
 TEST_F(SiiInterfaceTest, ConfigurationAreaIsLoadedAtPowerOn) {
   auto image = test_image(0x0C08, 0x0042);
-  wire::store_le<std::uint16_t>(std::span(image).subspan(2), 0x6677);
-  wire::store_le<std::uint16_t>(std::span(image).subspan(4), 0x01F4);
+  bytes::store_le<std::uint16_t>(std::span(image).subspan(2), 0x6677);
+  bytes::store_le<std::uint16_t>(std::span(image).subspan(4), 0x01F4);
   image[14] = static_cast<std::byte>(esi::sii_checksum(std::span(image).first<14>()));
   auto own = std::make_unique<TestDevice>();
   own->own_profile.sii_image = image;

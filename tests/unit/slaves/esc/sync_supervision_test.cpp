@@ -195,7 +195,7 @@ TEST_F(SyncSupervisionTest, SmallCorrectionsOfTheClockAreNoReason) {
   to_op(demand_of_a_drive());
   for (int i = 0; i < 200; ++i) {
     cycle();
-    const auto ahead = wire::to_le_bytes(static_cast<std::uint32_t>(now().count() + 2000));
+    const auto ahead = bytes::to_le_bytes(static_cast<std::uint32_t>(now().count() + 2000));
     transfer(Command::kArmw, 1, 0x0910, {ahead.begin(), ahead.end()});
   }
   expect_status(AlState::kOp);

@@ -251,7 +251,7 @@ TEST_F(SyncUnitTest, NoClockRegisterLeadsTheUnitAstray) {
           write(reg::kDcActivation, static_cast<std::uint8_t>(random()));
           break;
         case 5: {
-          const auto time = wire::to_le_bytes(static_cast<std::uint32_t>(system_time() + edge()));
+          const auto time = bytes::to_le_bytes(static_cast<std::uint32_t>(system_time() + edge()));
           write(0x0910, {time.begin(), time.end()});
           break;
         }
@@ -337,7 +337,7 @@ TEST_F(SyncUnitTest, AStartTimeOf32BitsMayBeExtended) {
   write(reg::kDcActivation, 0x12);
   const auto begin = now();
   const auto lower = static_cast<std::uint32_t>(system_time() + 100'000);  // beyond the edge of 32 bits
-  const auto raw = wire::to_le_bytes(lower);
+  const auto raw = bytes::to_le_bytes(lower);
   write(0x0990, {raw.begin(), raw.end()});
   write(reg::kDcActivation, 0x13);
   pass(110us);
@@ -385,7 +385,7 @@ TEST_F(SyncUnitTest, TheUnitMayBelongToTheApplication) {
   EXPECT_EQ(write(reg::kSync0CycleTime, 125'000), 0);
   EXPECT_EQ(write(reg::kDcActivation, 3), 0);
   const auto pdi = [this](std::uint16_t address, std::uint64_t value) {
-    const auto raw = wire::to_le_bytes(value);
+    const auto raw = bytes::to_le_bytes(value);
     return esc().pdi_write(address, std::span(raw).first(address == 0x0981 ? 1 : address == 0x09A0 ? 4 : 8), now());
   };
   EXPECT_TRUE(pdi(0x09A0, 125'000));

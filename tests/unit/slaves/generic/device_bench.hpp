@@ -110,14 +110,14 @@ class DeviceBench {
   }
 
   void request(AlState state) {
-    const auto raw = wire::to_le_bytes(wire::AlControl{state, false, false}.raw());
+    const auto raw = bytes::to_le_bytes(wire::AlControl{state, false, false}.raw());
     write(wire::reg::kAlControl.address, {raw.begin(), raw.end()});
   }
   wire::AlStatus status() {
-    return wire::AlStatus::from_raw(wire::load_le<std::uint16_t>(read(wire::reg::kAlStatus.address, 2)));
+    return wire::AlStatus::from_raw(bytes::load_le<std::uint16_t>(read(wire::reg::kAlStatus.address, 2)));
   }
   AlStatusCode code() {
-    return static_cast<AlStatusCode>(wire::load_le<std::uint16_t>(read(wire::reg::kAlStatusCode.address, 2)));
+    return static_cast<AlStatusCode>(bytes::load_le<std::uint16_t>(read(wire::reg::kAlStatusCode.address, 2)));
   }
   ::testing::AssertionResult is_in(AlState state) {
     const auto now = status();
@@ -186,7 +186,7 @@ class DeviceBench {
     EXPECT_EQ(write(out.start_address, mailbox), 1);
     const auto answer = read(in.start_address, in.default_size);
     std::vector<unsigned> result;
-    for (std::size_t i = 0; i < wire::load_le<std::uint16_t>(answer); ++i) {
+    for (std::size_t i = 0; i < bytes::load_le<std::uint16_t>(answer); ++i) {
       result.push_back(std::to_integer<unsigned>(answer.at(6 + i)));
     }
     return result;

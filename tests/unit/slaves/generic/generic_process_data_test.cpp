@@ -90,9 +90,9 @@ TEST(GenericDevice, ScriptedInputsAreNotLoopedBack) {
   const auto outputs = bytes({0x3B, 0x12, 0x08, 0, 0, 0, 0x42, 0xEF, 0xBE});
   for (int i = 0; i < 3; ++i) bench.exchange(outputs, 3);
   const auto inputs = bench.exchange(outputs, 3);
-  EXPECT_EQ(wire::load_le<std::uint32_t>(inputs) >> 3 & 0xFFFF, 100U);
+  EXPECT_EQ(bytes::load_le<std::uint32_t>(inputs) >> 3 & 0xFFFF, 100U);
   // The next input of 16 bits then repeats the first output of 16 bits.
-  EXPECT_EQ(wire::load_le<std::uint16_t>(std::span(inputs).subspan(7)), 0x8123U);
+  EXPECT_EQ(bytes::load_le<std::uint16_t>(std::span(inputs).subspan(7)), 0x8123U);
 }
 
 TEST(GenericDevice, WithoutLoopBackInputsStayAtTheirDefaults) {
@@ -127,7 +127,7 @@ TEST(GenericDevice, WrongLengthsAreRefusedPerSyncManager) {
   for (const unsigned n : {4U, 5U}) bench.set_sync_manager(n, 0);
   bench.set_sync_manager(4, 3);
   bench.set_sync_manager(5, 4);
-  const auto raw = wire::to_le_bytes(wire::AlControl{AlState::kSafeOp, true, false}.raw());
+  const auto raw = bytes::to_le_bytes(wire::AlControl{AlState::kSafeOp, true, false}.raw());
   bench.write(wire::reg::kAlControl.address, {raw.begin(), raw.end()});
   EXPECT_EQ(bench.code(), AlStatusCode::kInvalidInputConfiguration);
 }

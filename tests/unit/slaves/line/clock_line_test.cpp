@@ -26,7 +26,7 @@ class ClockLineTest : public LineTest {
   }
   template <typename T>
   void set(std::size_t slave, const wire::Register<T>& r, std::type_identity_t<T> value) {
-    const auto raw = wire::to_le_bytes(value);
+    const auto raw = bytes::to_le_bytes(value);
     exchange(Command::kApwr, DatagramAddress::position(static_cast<std::uint16_t>(slave), r.address),
              {raw.begin(), raw.end()});
   }

@@ -14,7 +14,7 @@ TEST_F(LineTest, EverySlaveIsCountedAndAddressedByPosition) {
   EXPECT_EQ(all->adp, 5);
   EXPECT_EQ(all->data, bytes({0x11}));
   for (std::uint16_t i = 0; i < 5; ++i) {
-    const auto address = wire::to_le_bytes(static_cast<std::uint16_t>(0x1001 + i));
+    const auto address = bytes::to_le_bytes(static_cast<std::uint16_t>(0x1001 + i));
     const auto reply =
         must(exchange(Command::kApwr, DatagramAddress::position(i, 0x0010), {address.begin(), address.end()}));
     EXPECT_EQ(reply->working_counter, 1);

@@ -146,13 +146,13 @@ class DriveRig {
   void cycle(std::chrono::nanoseconds time) {
     std::array<std::byte, 20> out{};
     const std::span bytes(out);
-    wire::store_le(bytes, control);
-    wire::store_le(bytes.subspan(2), mode);
-    wire::store_le(bytes.subspan(4), target_position);
-    wire::store_le(bytes.subspan(8), target_velocity);
-    wire::store_le(bytes.subspan(12), target_torque);
-    wire::store_le(bytes.subspan(14), torque_offset);
-    wire::store_le(bytes.subspan(16), velocity_offset);
+    bytes::store_le(bytes, control);
+    bytes::store_le(bytes.subspan(2), mode);
+    bytes::store_le(bytes.subspan(4), target_position);
+    bytes::store_le(bytes.subspan(8), target_velocity);
+    bytes::store_le(bytes.subspan(12), target_torque);
+    bytes::store_le(bytes.subspan(14), torque_offset);
+    bytes::store_le(bytes.subspan(16), velocity_offset);
     device.write_outputs(2, out);
     pass(time);
   }
@@ -176,13 +176,13 @@ class DriveRig {
     std::array<std::byte, 20> in{};
     device.read_inputs(3, in);
     const std::span<const std::byte> bytes(in);
-    status = wire::load_le<std::uint16_t>(bytes);
-    mode_display = wire::load_le<std::int8_t>(bytes.subspan(2));
-    position = wire::load_le<std::int32_t>(bytes.subspan(4));
-    velocity = wire::load_le<std::int32_t>(bytes.subspan(8));
-    torque = wire::load_le<std::int16_t>(bytes.subspan(12));
-    error_code = wire::load_le<std::uint16_t>(bytes.subspan(14));
-    following_error = wire::load_le<std::int32_t>(bytes.subspan(16));
+    status = bytes::load_le<std::uint16_t>(bytes);
+    mode_display = bytes::load_le<std::int8_t>(bytes.subspan(2));
+    position = bytes::load_le<std::int32_t>(bytes.subspan(4));
+    velocity = bytes::load_le<std::int32_t>(bytes.subspan(8));
+    torque = bytes::load_le<std::int16_t>(bytes.subspan(12));
+    error_code = bytes::load_le<std::uint16_t>(bytes.subspan(14));
+    following_error = bytes::load_le<std::int32_t>(bytes.subspan(16));
   }
   /// Enables operation in this mode, with the target position at the actual one.
   void enable(std::int8_t operation_mode) {

@@ -244,12 +244,12 @@ TEST_P(MsdAdversary, ExtremeProcessDataKeepThePlantFinite) {
         constexpr std::array<std::uint32_t, 6> kEnds = {0, 1, 0xFFFFFFFF, 0x7FFFFFFF, 0x80000000, 0x00008000};
         const bool enabling = cycle < 8;
         const std::uint16_t steps[] = {0x80, 0x00, 0x06, 0x06, 0x07, 0x07, 0x0F, 0x0F};
-        wire::store_le(std::span(out),
-                       enabling ? steps[cycle] : static_cast<std::uint16_t>((random() & 0x017FU) | 0x0FU));
-        wire::store_le(std::span(out).subspan(2), static_cast<std::uint8_t>(mode));
-        wire::store_le(std::span(out).subspan(20), kEnds[random() % kEnds.size()]);
+        bytes::store_le(std::span(out),
+                        enabling ? steps[cycle] : static_cast<std::uint16_t>((random() & 0x017FU) | 0x0FU));
+        bytes::store_le(std::span(out).subspan(2), static_cast<std::uint8_t>(mode));
+        bytes::store_le(std::span(out).subspan(20), kEnds[random() % kEnds.size()]);
         for (std::size_t i = 4; i < 20; i += 2) {
-          if (cycle % 40 == 0) wire::store_le(std::span(out).subspan(i), static_cast<std::uint16_t>(random()));
+          if (cycle % 40 == 0) bytes::store_le(std::span(out).subspan(i), static_cast<std::uint16_t>(random()));
         }
         axis.device.write_outputs(2, std::span(out).first(20 + size));
         axis.pass(125us);

@@ -296,7 +296,7 @@ class DriveSlave : public testing::Test {
     }
   }
   void request(AlState state) {
-    const auto raw = wire::to_le_bytes(wire::AlControl{state, true, false}.raw());
+    const auto raw = bytes::to_le_bytes(wire::AlControl{state, true, false}.raw());
     write(wire::reg::kAlControl.address, {raw.begin(), raw.end()});
     pass(1ms);
   }

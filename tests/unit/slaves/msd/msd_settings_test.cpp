@@ -161,14 +161,14 @@ TEST(MsdMapping, MappedParametersActAndKeepTheirRange) {
   ASSERT_EQ(rig.to(AlState::kSafeOp, AlState::kOp), AlStatusCode::kNoError);
   const auto exchange = [&rig](float window, std::uint16_t function) {
     std::array<std::byte, 6> out{};
-    wire::store_le(std::span(out), std::bit_cast<std::uint32_t>(window));
-    wire::store_le(std::span(out).subspan(4), function);
+    bytes::store_le(std::span(out), std::bit_cast<std::uint32_t>(window));
+    bytes::store_le(std::span(out).subspan(4), function);
     rig.device.write_outputs(2, out);
     rig.pass(1ms);
     std::array<std::byte, 5> in{};
     rig.device.read_inputs(3, in);
     EXPECT_EQ(std::to_integer<int>(in[0]), 5) << "OP";
-    return std::bit_cast<float>(wire::load_le<std::uint32_t>(std::span<const std::byte>(in).subspan(1)));
+    return std::bit_cast<float>(bytes::load_le<std::uint32_t>(std::span<const std::byte>(in).subspan(1)));
   };
   EXPECT_EQ(exchange(25.0F, 5), 25.0F);
   rig.drive.set_input(Input::kIsd00, true);

@@ -28,7 +28,7 @@ class MsdSynchronisation : public ::testing::Test {
   }
   template <typename T>
   void write(const wire::Register<T>& r, std::type_identity_t<T> value) {
-    const auto raw = wire::to_le_bytes(value);
+    const auto raw = bytes::to_le_bytes(value);
     slave_.esc().begin_frame(++serial_);
     EXPECT_TRUE(slave_.esc().ecat_write(r.address, raw, now_)) << r.name;
   }

@@ -86,18 +86,18 @@ class ProbeDiagram {
   void cycle(unsigned function) {
     std::array<std::byte, 9> out{};
     const std::span bytes(out);
-    wire::store_le(bytes, static_cast<std::uint16_t>(function));
-    wire::store_le(bytes.subspan(2), static_cast<std::uint16_t>(control_));
-    wire::store_le(bytes.subspan(4), std::int8_t{9});
-    wire::store_le(bytes.subspan(5), std::int32_t{20'000'000});
+    bytes::store_le(bytes, static_cast<std::uint16_t>(function));
+    bytes::store_le(bytes.subspan(2), static_cast<std::uint16_t>(control_));
+    bytes::store_le(bytes.subspan(4), std::int8_t{9});
+    bytes::store_le(bytes.subspan(5), std::int32_t{20'000'000});
     rig_.device.write_outputs(2, out);
     rig_.now += 125us;
     rig_.device.advance(rig_.now);
     std::array<std::byte, 18> in{};
     rig_.device.read_inputs(3, in);
     const std::span<const std::byte> read(in);
-    status_ = wire::load_le<std::uint16_t>(read);
-    for (std::size_t i = 0; i < 4; ++i) value_[i] = wire::load_le<std::int32_t>(read.subspan(2 + 4 * i));
+    status_ = bytes::load_le<std::uint16_t>(read);
+    for (std::size_t i = 0; i < 4; ++i) value_[i] = bytes::load_le<std::int32_t>(read.subspan(2 + 4 * i));
   }
 
   DriveRig rig_;

@@ -1,8 +1,8 @@
 // Process data smaller than a byte, across byte borders, with gaps, and of several sync managers per direction.
 #include <gtest/gtest.h>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/slaves/pdo/pdo_map.hpp"
-#include "driveline/wire/endian.hpp"
 #include "sample_dictionary.hpp"
 
 namespace driveline::slaves {
@@ -130,7 +130,7 @@ TEST_F(BitPdo, MappingsTakeBitsAndGaps) {
     return check_pdo_write(dictionary, kLimits, row, raw);
   };
   const auto write = [&](std::uint8_t sub, std::uint32_t raw) -> std::optional<SdoAbort> {
-    const auto le = wire::to_le_bytes(raw);
+    const auto le = bytes::to_le_bytes(raw);
     const auto done =
         dictionary.download(0x1601, sub, AccessPhase::kConfiguring, std::span(le).first(sub == 0 ? 1 : 4), owner);
     return done ? std::nullopt : std::optional(done.error());
@@ -144,7 +144,7 @@ TEST_F(BitPdo, MappingsTakeBitsAndGaps) {
 
 TEST_F(BitPdo, RefusesValuesThatDoNotFitTheirBits) {
   SampleOwner owner;
-  const auto two = wire::to_le_bytes<std::uint8_t>(8);
+  const auto two = bytes::to_le_bytes<std::uint8_t>(8);
   EXPECT_EQ(dictionary.download(0x7001, 0, AccessPhase::kConfiguring, two, owner).error(), SdoAbort::kValueTooHigh);
   EXPECT_EQ(dictionary.download(0x7000, 0, AccessPhase::kConfiguring, two, owner).error(), SdoAbort::kValueTooHigh);
 }

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 #include "sample_dictionary.hpp"
 
 namespace driveline::slaves {
@@ -19,7 +19,7 @@ class PdoMapTest : public testing::Test {
   }
   std::optional<SdoAbort> write(std::uint16_t index, unsigned sub, std::uint32_t value) {
     const auto* row = sample_table().find(index, static_cast<std::uint8_t>(sub));
-    const auto le = wire::to_le_bytes(value);
+    const auto le = bytes::to_le_bytes(value);
     const auto result = dictionary.download(index, static_cast<std::uint8_t>(sub), AccessPhase::kConfiguring,
                                             std::span(le).first(byte_size(*row)), owner);
     return result ? std::nullopt : std::optional(result.error());

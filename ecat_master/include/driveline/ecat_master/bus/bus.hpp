@@ -51,13 +51,13 @@ class Bus {
   /// Reads a register, or one `element` of a register array.
   [[nodiscard]] Result<T> read(SlaveRef slave, const wire::Register<T>& reg, unsigned element = 0) {
     std::array<std::byte, sizeof(T)> data{};
-    return read(slave, reg.at(element), data).map([&] { return wire::load_le<T>(data); });
+    return read(slave, reg.at(element), data).map([&] { return bytes::load_le<T>(data); });
   }
   template <typename T>
   /// Writes a register, or one `element` of a register array.
   [[nodiscard]] Result<void> write(SlaveRef slave, const wire::Register<T>& reg, std::type_identity_t<T> value,
                                    unsigned element = 0) {
-    const auto data = wire::to_le_bytes(value);
+    const auto data = bytes::to_le_bytes(value);
     return write(slave, reg.at(element), data);
   }
 

@@ -31,7 +31,7 @@ struct FrameTag {
     wire::MacAddress mac{};
     mac[0] = static_cast<std::byte>((std::uint32_t{instance} >> 8U << 3U) & 0xF8U);
     mac[1] = static_cast<std::byte>(instance & 0xFFU);
-    wire::store_le(std::span(mac).subspan<2, 4>(), sequence);
+    bytes::store_le(std::span(mac).subspan<2, 4>(), sequence);
     return mac;
   }
   /// The tag in a received source address, with or without the bit that slaves set. \rtsafe
@@ -56,7 +56,7 @@ struct FrameTag {
   static constexpr FrameTag from_source(std::span<const std::byte> source) noexcept {
     const unsigned high = std::to_integer<unsigned>(source[0]) >> 3U;
     return {static_cast<std::uint16_t>(high << 8U | std::to_integer<unsigned>(source[1])),
-            wire::load_le<std::uint32_t>(source.subspan(2, 4))};
+            bytes::load_le<std::uint32_t>(source.subspan(2, 4))};
   }
 };
 

@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/ecat_master/coe/sdo_information.hpp"
 #include "driveline/ecat_master/coe/sdo_transfer.hpp"
 #include "driveline/ecat_master/mailbox/mailbox_client.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::ecat_master {
 
@@ -61,18 +61,18 @@ class CoeClient {
   SdoFuture start_download(SdoAddress at, std::span<const std::byte> data, Callback callback = {},
                            std::uint8_t priority = 0);
 
-  template <wire::WireInteger T>
+  template <bytes::Integer T>
   /// Uploads a number. Further error: SdoSize when its size differs.
   [[nodiscard]] Result<T> upload_as(std::uint16_t index, std::uint8_t subindex) {
     auto data = upload(index, subindex);
     if (!data) return tl::unexpected(data.error());
     if (data->size() != sizeof(T)) return tl::unexpected(size_error(index, subindex, sizeof(T), data->size()));
-    return wire::load_le<T>(*data);
+    return bytes::load_le<T>(*data);
   }
-  template <wire::WireInteger T>
+  template <bytes::Integer T>
   /// Downloads a number, little endian.
   [[nodiscard]] Result<void> download_as(std::uint16_t index, std::uint8_t subindex, T value) {
-    return download(index, subindex, wire::to_le_bytes(value));
+    return download(index, subindex, bytes::to_le_bytes(value));
   }
 
   /// \name SDO information (ETG.1000.6 5.6.3). Errors: SdoAbort with the slave's reason, Mailbox*, those of the bus.

@@ -4,28 +4,22 @@
 #include <span>
 #include <vector>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/ecat_master/coe/sdo_transfer.hpp"
 #include "driveline/ecat_master/error/startup_note.hpp"
 #include "driveline/ecat_master/mailbox/mailbox_engine.hpp"
-#include "driveline/wire/endian.hpp"
+#include "driveline/motion/cia301/startup_sdo.hpp"
 
 namespace driveline::ecat_master {
-
-/// How much the start depends on a write to a slave.
-enum class WriteNeed : std::uint8_t {
-  kMandatory,  ///< a slave that refuses the write ends the start
-  kOptional,   ///< a refusal is noted, and the slave decides by its states whether it can work
-  kOmitted,    ///< not written
-};
 
 /// Values to be written to objects of a slave, in order.
 struct SdoScript {
   std::uint16_t position = 0;  ///< position of the slave on the line
   /// A value and its destination.
   struct Step {
-    SdoAddress at;                           ///< object and entry
-    std::vector<std::byte> data;             ///< value to be written
-    WriteNeed need = WriteNeed::kMandatory;  ///< what a refusal means; kOmitted: not written
+    SdoAddress at;                                           ///< object and entry
+    std::vector<std::byte> data;                             ///< value to be written
+    motion::WriteNeed need = motion::WriteNeed::kMandatory;  ///< what a refusal means; kOmitted: not written
     /// The entry is read first and written only if it differs, then read back: WriteIgnored, or SyncObject if
     /// mandatory, when it keeps another value. Numbers of at most four bytes.
     bool compared = false;
@@ -33,7 +27,7 @@ struct SdoScript {
     /// Step that writes `value` in wire byte order.
     template <typename T>
     static Step of(std::uint16_t index, std::uint8_t subindex, T value) {
-      const auto bytes = wire::to_le_bytes(value);
+      const auto bytes = bytes::to_le_bytes(value);
       return {{index, subindex, false}, {bytes.begin(), bytes.end()}};
     }
   };

@@ -10,26 +10,16 @@
 #include "driveline/ecat_master/discovery/line_comparison.hpp"
 #include "driveline/ecat_master/process_data/process_image.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
+#include "driveline/motion/cia301/startup_sdo.hpp"
 
 namespace driveline::ecat_master {
 
-/// An SDO to be written at start-up.
-struct StartupSdo {
-  std::uint16_t index = 0;      ///< object
-  std::uint8_t subindex = 0;    ///< sub-index of the entry, or first sub-index with `complete`
-  std::vector<std::byte> data;  ///< value in wire format: little endian, as long as the entry
-  bool complete = false;        ///< all sub-indices from `subindex` (0 or 1) on
-  /// The transition before which it is written: kSafeOp (written in PREOP) or kOp (written in SAFEOP).
-  wire::AlState before = wire::AlState::kSafeOp;
-  /// kOptional: the entry is read first and written only if it differs, and a refusal is noted.
-  WriteNeed need = WriteNeed::kMandatory;
-};
-
 /// How much the start depends on writes that many slaves refuse, because they have a fixed value, or none.
 struct StartupNeeds {
-  WriteNeed sync_objects = WriteNeed::kOptional;    ///< 1C32h:01, :02, 1C33h:01, :02 of a slave with SYNC signals
-  WriteNeed pdo_assignment = WriteNeed::kOptional;  ///< 1C10h + number of the sync manager
-  WriteNeed pdo_mapping = WriteNeed::kOptional;     ///< 1600h to 17FFh, 1A00h to 1BFFh
+  motion::WriteNeed sync_objects =
+      motion::WriteNeed::kOptional;  ///< 1C32h:01, :02, 1C33h:01, :02 of a slave with SYNC signals
+  motion::WriteNeed pdo_assignment = motion::WriteNeed::kOptional;  ///< 1C10h + number of the sync manager
+  motion::WriteNeed pdo_mapping = motion::WriteNeed::kOptional;     ///< 1600h to 17FFh, 1A00h to 1BFFh
   constexpr bool operator==(const StartupNeeds&) const = default;
 };
 
@@ -64,11 +54,11 @@ struct SlavePlan {
   /// Gives the EEPROM interface to the application of the slave before PREOP; empty: as its ESI file says, else only
   /// when the slave refuses a state because it cannot read its EEPROM (StateTarget).
   std::optional<bool> eeprom_to_application{};
-  std::vector<StartupSdo> startup_sdos;  ///< in the order of writing
-  StartupNeeds needs;                    ///< which other writes a slave may refuse
+  std::vector<motion::StartupSdo> startup_sdos;  ///< in the order of writing
+  StartupNeeds needs;                            ///< which other writes a slave may refuse
   /// Mapping and assignment, written after the start-up SDOs; for PDOs without objects the slave's mapping is kept and
   /// read.
-  PdoConfiguration pdos;
+  motion::PdoConfiguration pdos;
   KeptPdos kept{};        ///< set when the slave is configured: its own PDOs have replaced those of `pdos`
   std::size_t group = 0;  ///< group of the process image
   /// False: the slave supports only LWR for outputs and LRD for inputs; empty: its description decides.
@@ -101,8 +91,8 @@ struct ConfiguredSlave {
 /// The identities in the plans, as input of compare_line().
 [[nodiscard]] std::vector<ExpectedSlave> expected_slaves(std::span<const SlavePlan> plans);
 
-/// The start-up SDOs to be written to a slave before a transition; may be empty. Error: NoMailbox.
-[[nodiscard]] Result<SdoScript> coe_script(const ConfiguredSlave& slave, wire::AlState before);
+/// The start-up SDOs to be written to a slave in a state; may be empty. Error: NoMailbox.
+[[nodiscard]] Result<SdoScript> coe_script(const ConfiguredSlave& slave, motion::StartupState in);
 
 /// The plans by which a slave exchanges its planned PDOs, without the directions that it keeps; empty for a slave whose
 /// PDOs are not configured.
@@ -130,10 +120,10 @@ struct ConfiguredSlave {
 /// State*, those of the bus.
 [[nodiscard]] Result<std::unique_ptr<MailboxClient>> enter_bootstrap(MailboxEngine& engine, const SlaveInfo& slave);
 
-/// Writes the start-up SDOs planned before a transition: each slave's in order, the slaves in parallel. Refused
+/// Writes the start-up SDOs planned for a state: each slave's in order, the slaves in parallel. Refused
 /// optional SDOs are added to `notes`. Errors: those of SdoTransfer, NoMailbox.
 [[nodiscard]] Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves,
-                                              wire::AlState before, StartupNotes& notes);
+                                              motion::StartupState in, StartupNotes& notes);
 /// Writes the planned watchdog times. Errors: those of the bus.
 [[nodiscard]] Result<void> write_watchdogs(Bus& bus, std::span<const ConfiguredSlave> slaves);
 

@@ -19,20 +19,20 @@ void apply_description(ConfiguredSlave& slave);
 
 /// Start-up commands (InitCmd) of a description file for the transitions to PREOP and SAFEOP (both written before
 /// SAFEOP, once the mailbox is open) and to OP.
-[[nodiscard]] std::vector<StartupSdo> startup_commands(const esi::DeviceDescription& device);
+[[nodiscard]] std::vector<motion::StartupSdo> startup_commands(const esi::DeviceDescription& device);
 
 /// Completes PDOs that lack objects or a sync manager from the description.
-void complete_pdos(const esi::DeviceDescription& device, PdoConfiguration& pdos);
+void complete_pdos(const esi::DeviceDescription& device, motion::PdoConfiguration& pdos);
 
 /// Checks whether a device can exchange `pdos`: fixed PDOs unchanged, mandatory PDOs present, no PDOs that exclude each
 /// other, mapping and assignment changed only where the device allows it.
 [[nodiscard]] tl::expected<void, PdoMisfit> check_pdos(const esi::DeviceDescription& device,
-                                                       const PdoConfiguration& pdos);
+                                                       const motion::PdoConfiguration& pdos);
 
 /// The plans by which the device exchanges `pdos`: the mapping of PDOs that are not fixed, if the device supports it
 /// (CoE PdoConfig), and the assignment of every process data sync manager (1C10h + its number), if the device supports
 /// it (PdoAssign). Empty for a device that supports neither.
-[[nodiscard]] std::vector<AssignmentPlan> plan_assignments(const PdoConfiguration& pdos,
+[[nodiscard]] std::vector<AssignmentPlan> plan_assignments(const motion::PdoConfiguration& pdos,
                                                            const esi::DeviceDescription& device);
 
 }  // namespace driveline::ecat_master

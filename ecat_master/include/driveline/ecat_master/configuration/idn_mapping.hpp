@@ -3,7 +3,7 @@
 #include "driveline/ecat_master/discovery/discovery.hpp"
 #include "driveline/ecat_master/error.hpp"
 #include "driveline/ecat_master/mailbox/mailbox_engine.hpp"
-#include "driveline/ecat_master/process_data/pdo_configuration.hpp"
+#include "driveline/motion/cia301/pdo_configuration.hpp"
 #include "driveline/wire/soe.hpp"
 
 namespace driveline::ecat_master {
@@ -24,6 +24,6 @@ inline constexpr wire::Idn kDriveStatusWord{135};
 /// result has one PDO per direction with the number of the list, containing drive after drive; objects have the IDN as
 /// index and the drive as sub-index. The lists are not written. A slave without these lists has the PDOs of its EEPROM.
 /// Errors: those of SoeClient; SoeContent for an operation datum of variable length.
-[[nodiscard]] Result<PdoConfiguration> read_idn_mapping(MailboxEngine& engine, const SlaveInfo& slave);
+[[nodiscard]] Result<motion::PdoConfiguration> read_idn_mapping(MailboxEngine& engine, const SlaveInfo& slave);
 
 }  // namespace driveline::ecat_master

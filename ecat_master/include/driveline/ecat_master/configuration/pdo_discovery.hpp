@@ -6,7 +6,7 @@
 namespace driveline::ecat_master {
 
 /// The PDOs that the EEPROM assigns to sync managers, with their mapping.
-[[nodiscard]] PdoConfiguration pdo_configuration_from_sii(const esi::DeviceDescription& device);
+[[nodiscard]] motion::PdoConfiguration pdo_configuration_from_sii(const esi::DeviceDescription& device);
 
 /// Reads the current assignment and mapping of every process data sync manager, of which a slave may have several per
 /// direction: over CoE (1C10h + sync manager, and the mapping objects), else from the EEPROM; all slaves in parallel.
@@ -17,9 +17,9 @@ namespace driveline::ecat_master {
 ///
 /// One result per slave. Errors: SdoAbort for a mapping that neither the slave nor its description shows; SdoSize,
 /// Mailbox*, those of the bus. Not real-time safe.
-[[nodiscard]] std::vector<Result<PdoConfiguration>> read_pdo_configurations(MailboxEngine& engine,
-                                                                            std::span<const SlaveInfo> slaves,
-                                                                            StartupNotes& notes);
+[[nodiscard]] std::vector<Result<motion::PdoConfiguration>> read_pdo_configurations(MailboxEngine& engine,
+                                                                                    std::span<const SlaveInfo> slaves,
+                                                                                    StartupNotes& notes);
 
 /// A PDO of a slave.
 struct PdoPlace {
@@ -30,9 +30,9 @@ struct PdoPlace {
 /// Reads the current mapping of PDOs, assigned or not: over CoE, or from the EEPROM of a slave without CoE (empty when
 /// it does not contain the PDO), and of a slave that aborts the transfer, which is added to `notes`. All in parallel;
 /// one result per place. Conditions and errors as for read_pdo_configurations().
-[[nodiscard]] std::vector<Result<std::vector<MappedObject>>> read_mappings(MailboxEngine& engine,
-                                                                           std::span<const SlaveInfo> slaves,
-                                                                           std::span<const PdoPlace> places,
-                                                                           StartupNotes& notes);
+[[nodiscard]] std::vector<Result<std::vector<motion::MappedObject>>> read_mappings(MailboxEngine& engine,
+                                                                                   std::span<const SlaveInfo> slaves,
+                                                                                   std::span<const PdoPlace> places,
+                                                                                   StartupNotes& notes);
 
 }  // namespace driveline::ecat_master

@@ -9,6 +9,7 @@
 
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/process_data/process_copy.hpp"
+#include "driveline/motion/cia301/pdo_entry.hpp"
 
 namespace driveline::ecat_master {
 
@@ -112,21 +113,21 @@ class ProcessVariables {
   /// A handle for an entry of exactly this type's size; bool for a single bit. Errors: those of find(); Unfit when size
   /// or position do not allow a single load or store.
   template <typename T>
-  [[nodiscard]] Found<PdoEntry<T>> entry(std::string_view name) const {
+  [[nodiscard]] Found<motion::PdoEntry<T>> entry(std::string_view name) const {
     auto variable = find(name);
     if (!variable) return tl::unexpected(variable.error());
     if constexpr (std::is_same_v<T, bool>) {
       if (variable->bits != 1) return unfit(*variable, 1);
-      return PdoEntry<bool>(variable->bit_offset / 8, static_cast<unsigned>(variable->bit_offset % 8));
+      return motion::PdoEntry<bool>(variable->bit_offset / 8, static_cast<unsigned>(variable->bit_offset % 8));
     } else {
       if (variable->bits != 8 * sizeof(T) || variable->bit_offset % 8 != 0) {
         return unfit(*variable, 8 * sizeof(T));
       }
-      return PdoEntry<T>(variable->bit_offset / 8);
+      return motion::PdoEntry<T>(variable->bit_offset / 8);
     }
   }
   /// A handle for an entry of up to 32 bits, at any bit position.
-  [[nodiscard]] Found<PdoBits> bits(std::string_view name) const;
+  [[nodiscard]] Found<motion::PdoBits> bits(std::string_view name) const;
   /// A copy of an input of a slave to an output of another slave in every cycle. Errors: also NoSource, NoTarget,
   /// SizesDiffer.
   [[nodiscard]] Found<ProcessDataCopy> copy(std::string_view from, std::string_view to) const;

@@ -7,16 +7,17 @@
 
 #include "driveline/ecat_master/bus/datagram_exchange.hpp"
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
-#include "driveline/ecat_master/cyclic/cycle_task.hpp"
-#include "driveline/ecat_master/cyclic/cycle_trace.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_event.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
 #include "driveline/ecat_master/cyclic/flight_recorder.hpp"
-#include "driveline/ecat_master/cyclic/motion_control.hpp"
 #include "driveline/ecat_master/cyclic/receive_wait.hpp"
-#include "driveline/ecat_master/cyclic/sample_rings.hpp"
 #include "driveline/ecat_master/dc/clock_follower.hpp"
 #include "driveline/ecat_master/process_data/process_copy.hpp"
+#include "driveline/motion/control/motion_control.hpp"
+#include "driveline/motion/cycle/cycle.hpp"
+#include "driveline/motion/cycle/cycle_task.hpp"
+#include "driveline/motion/cycle/cycle_trace.hpp"
+#include "driveline/motion/cycle/sample_rings.hpp"
 #include "driveline/port/counter.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/rt/histogram.hpp"
@@ -64,7 +65,7 @@ struct ExchangeGroupCounters {
 ///
 /// A lost or late frame costs its cycle at most the waiting time, and the next cycle nothing: the grid does not move.
 /// cycle() is \rtsafe and noexcept; one thread.
-class CyclicCore {
+class CyclicCore final : public motion::Cycle {
  public:
   /// Settings of the cycle.
   struct Settings {
@@ -77,10 +78,11 @@ class CyclicCore {
     std::uint32_t sample_every = 1;  ///< samples of every n-th cycle are written to the rings
     /// Average bytes of acyclic frames per cycle; 0: ecat_master::acyclic_bytes().
     std::size_t acyclic_bytes = 0;
-    TaskSchedule* tasks = nullptr;  ///< tasks of the application, before and after the motion; must outlive the core
+    motion::TaskSchedule* tasks =
+        nullptr;  ///< tasks of the application, before and after the motion; must outlive the core
     std::vector<ProcessDataCopy> copies;  ///< copies from slave to slave, after tasks and motion in every cycle
     FlightRecorder* recorder = nullptr;   ///< must outlive the core
-    CycleTrace* trace = nullptr;          ///< trace of the counted cycles; must outlive the core
+    motion::CycleTrace* trace = nullptr;  ///< trace of the counted cycles; must outlive the core
     dc::ClockFollower* clocks = nullptr;  ///< distributed clocks; null: none. Must outlive the core
   };
   /// Capacity of the ring of events; when it is full, events are dropped and counted.
@@ -89,19 +91,21 @@ class CyclicCore {
   static constexpr std::size_t kAbsenceRing = 256;
 
   /// `motion` may be null: then process data are exchanged as they are in the image.
-  CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, MotionControl* motion, SampleRings rings,
-             Settings settings);
+  CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, motion::MotionControl* motion,
+             motion::SampleRings rings, Settings settings);
 
+  /// Period of the settings. \rtsafe
+  [[nodiscard]] std::chrono::nanoseconds period() const noexcept override { return settings_.period; }
   /// Copies the outputs into the frames of the next cycle, in the time between wake-up and grid instant; otherwise
   /// cycle() does it. Outputs must not change afterwards. \rtsafe
-  void prepare() noexcept;
+  void prepare() noexcept override;
   /// Runs one cycle. \rtsafe
-  void cycle(const rt::CycleStart& start) noexcept;
+  void cycle(const rt::CycleStart& start) noexcept override;
   /// First instant of the grid, not before `earliest`: a multiple of the period, or the planned phase of the reference
   /// clock, which is the same at every start. \rtsafe
-  [[nodiscard]] std::chrono::nanoseconds first_grid(std::chrono::nanoseconds earliest) const noexcept;
+  [[nodiscard]] std::chrono::nanoseconds first_grid(std::chrono::nanoseconds earliest) const noexcept override;
   /// Correction of the grid before the next cycle. \rtsafe
-  [[nodiscard]] std::chrono::nanoseconds grid_shift() const noexcept { return grid_shift_; }
+  [[nodiscard]] std::chrono::nanoseconds grid_shift() const noexcept override { return grid_shift_; }
 
   /// Channel for acyclic work that shares the wire; its functions state their thread.
   [[nodiscard]] AcyclicChannel& acyclic() noexcept { return acyclic_; }
@@ -162,7 +166,7 @@ class CyclicCore {
   /// Takes the oldest event not fetched yet; one thread.
   [[nodiscard]] bool take_event(CyclicEvent& event) noexcept { return events_.try_pop(event); }
   /// Takes the oldest absence of the master not fetched yet; one thread.
-  [[nodiscard]] bool take_absence(MasterAbsence& absence) noexcept { return absences_.try_pop(absence); }
+  [[nodiscard]] bool take_absence(motion::MasterAbsence& absence) noexcept { return absences_.try_pop(absence); }
   /// Absences dropped because their ring was full.
   [[nodiscard]] std::uint64_t absences_dropped() const noexcept { return absences_.dropped(); }
   /// Events dropped because their ring was full.
@@ -201,7 +205,7 @@ class CyclicCore {
   [[nodiscard]] bool due(const CyclicFrame& frame) const noexcept;
   void begin(const rt::CycleStart& start) noexcept;
   /// Costs one branch without a trace.
-  void mark(CyclePhase phase) noexcept {
+  void mark(motion::CyclePhase phase) noexcept {
     if (settings_.trace != nullptr) settings_.trace->mark(phase, clock_.now());
   }
   [[nodiscard]] std::span<const bool> due_slaves() noexcept;
@@ -218,7 +222,7 @@ class CyclicCore {
   [[nodiscard]] bool take(const port::ReceivedFrame& frame) noexcept;
   [[nodiscard]] bool dispatch(const port::ReceivedFrame& frame) noexcept;
   void note_foreign(std::span<const std::byte> frame) noexcept;
-  void run_tasks(TaskTiming::Order order, const rt::CycleStart& start) noexcept;
+  void run_tasks(motion::TaskTiming::Order order, const rt::CycleStart& start) noexcept;
   void remember_missing(std::uint32_t sequence) noexcept;
   [[nodiscard]] bool was_missing(std::uint32_t sequence) noexcept;
   void evaluate(const rt::CycleStart& start) noexcept;
@@ -241,8 +245,8 @@ class CyclicCore {
   port::Port& port_;
   rt::Clock& clock_;
   ProcessImage image_;
-  MotionControl* motion_;
-  SampleRings rings_;
+  motion::MotionControl* motion_;
+  motion::SampleRings rings_;
   Settings settings_;
   std::vector<CyclicFrame> frames_;
   std::size_t awaited_ = 0;                     ///< frames of this cycle that are not back yet
@@ -260,7 +264,7 @@ class CyclicCore {
   std::unique_ptr<ExchangeGroupCounters[]> groups_;
   std::vector<ExchangeGroupTally> tallies_;
   rt::SpscRing<CyclicEvent> events_{kEventRing};
-  rt::SpscRing<MasterAbsence> absences_{kAbsenceRing};
+  rt::SpscRing<motion::MasterAbsence> absences_{kAbsenceRing};
   AcyclicChannel acyclic_;
   ReceiveWait receive_wait_;
   CycleStatistics statistics_;

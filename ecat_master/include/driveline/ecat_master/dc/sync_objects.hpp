@@ -21,7 +21,7 @@ inline constexpr std::uint16_t kSyncTypeSync0 = 2;  ///< synchronised by SYNC0
 /// slave decides in the transition to SAFEOP. With kMandatory they are errors: SdoAbort, or SyncObject for an entry
 /// that reads back differently. Other errors: those of the transfer. Not real-time safe.
 [[nodiscard]] Result<void> write_sync_objects(MailboxEngine& engine, std::uint16_t slave, const SyncSignals& signals,
-                                              WriteNeed need, StartupNotes& notes);
+                                              motion::WriteNeed need, StartupNotes& notes);
 
 /// Time from the outputs to SYNC0 as measured by the slave since it entered OP (ETG.1020, 1C32h).
 struct SyncMarginReport {

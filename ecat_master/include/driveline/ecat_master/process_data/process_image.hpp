@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "driveline/ecat_master/error.hpp"
-#include "driveline/ecat_master/process_data/pdo_entry.hpp"
 #include "driveline/esi/device_description.hpp"
+#include "driveline/motion/cia301/image_place.hpp"
 #include "driveline/wire/command.hpp"
 #include "driveline/wire/fmmu.hpp"
 #include "driveline/wire/frame.hpp"
@@ -88,6 +88,9 @@ struct ProcessDataPlace {
       kNone;  ///< offset of the input byte with the low byte of the AL status (register 0x0130)
   std::size_t mailbox_offset = kNone;  ///< offset of the input byte with the status of the mailbox sync manager
   std::uint32_t divider = 1;           ///< divider of its group: it is exchanged in every n-th cycle
+
+  /// What an axis needs of it.
+  [[nodiscard]] motion::ImagePlace image_place() const noexcept { return {output_offset, input_offset, divider}; }
 };
 
 /// A contiguous part of the image that one datagram carries.

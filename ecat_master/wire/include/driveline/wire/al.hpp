@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 
 namespace driveline::wire {
 

@@ -2,8 +2,8 @@
 
 #include <array>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/wire/decode_error.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::wire {
 
@@ -41,12 +41,12 @@ struct CoeHeader {
 
   /// Writes the header; number and reserved bits are 0. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
-    store_le(out, static_cast<std::uint16_t>((number & 0x1FFU) | (static_cast<unsigned>(service) << 12)));
+    bytes::store_le(out, static_cast<std::uint16_t>((number & 0x1FFU) | (static_cast<unsigned>(service) << 12)));
   }
   /// Error: kTooShort. Unknown services are retained. \rtsafe
   [[nodiscard]] static constexpr Decoded<CoeHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
-    const auto raw = load_le<std::uint16_t>(in);
+    const auto raw = bytes::load_le<std::uint16_t>(in);
     return CoeHeader{static_cast<std::uint16_t>(raw & 0x1FFU), static_cast<CoeService>(raw >> 12)};
   }
   constexpr bool operator==(const CoeHeader&) const = default;
@@ -96,21 +96,21 @@ struct SdoHeader {
     return size_indicated() ? 4U - ((command >> 2) & 3U) : 4U;
   }
   /// `data` as a number: size of the object, or abort code. \rtsafe
-  [[nodiscard]] constexpr std::uint32_t data_u32() const noexcept { return load_le<std::uint32_t>(data); }
+  [[nodiscard]] constexpr std::uint32_t data_u32() const noexcept { return bytes::load_le<std::uint32_t>(data); }
 
   /// Writes all 8 bytes. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
     out[0] = static_cast<std::byte>(command);
-    store_le(out.subspan<1, 2>(), index);
+    bytes::store_le(out.subspan<1, 2>(), index);
     out[3] = static_cast<std::byte>(subindex);
     for (std::size_t i = 0; i < 4; ++i) out[4 + i] = data[i];
   }
   /// Error: kTooShort. \rtsafe
   [[nodiscard]] static constexpr Decoded<SdoHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
-    return SdoHeader{load_le<std::uint8_t>(in),
-                     load_le<std::uint16_t>(in.subspan(1)),
-                     load_le<std::uint8_t>(in.subspan(3)),
+    return SdoHeader{bytes::load_le<std::uint8_t>(in),
+                     bytes::load_le<std::uint16_t>(in.subspan(1)),
+                     bytes::load_le<std::uint8_t>(in.subspan(3)),
                      {in[4], in[5], in[6], in[7]}};
   }
   constexpr bool operator==(const SdoHeader&) const = default;
@@ -154,15 +154,16 @@ struct Emergency {
 
   /// Writes all 8 bytes. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
-    store_le(out.subspan<0, 2>(), error_code);
+    bytes::store_le(out.subspan<0, 2>(), error_code);
     out[2] = static_cast<std::byte>(error_register);
     for (std::size_t i = 0; i < data.size(); ++i) out[3 + i] = data[i];
   }
   /// Error: kTooShort. \rtsafe
   [[nodiscard]] static constexpr Decoded<Emergency> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
-    return Emergency{
-        load_le<std::uint16_t>(in), load_le<std::uint8_t>(in.subspan(2)), {in[3], in[4], in[5], in[6], in[7]}};
+    return Emergency{bytes::load_le<std::uint16_t>(in),
+                     bytes::load_le<std::uint8_t>(in.subspan(2)),
+                     {in[3], in[4], in[5], in[6], in[7]}};
   }
   constexpr bool operator==(const Emergency&) const = default;
 };
@@ -189,14 +190,14 @@ struct SdoInfoHeader {
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
     out[0] = static_cast<std::byte>((static_cast<unsigned>(op_code) & 0x7FU) | (incomplete ? 0x80U : 0U));
     out[1] = std::byte{0};
-    store_le(out.subspan<2, 2>(), fragments_left);
+    bytes::store_le(out.subspan<2, 2>(), fragments_left);
   }
   /// Error: kTooShort. Unknown operations are retained. \rtsafe
   [[nodiscard]] static constexpr Decoded<SdoInfoHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
-    const auto raw = load_le<std::uint8_t>(in);
+    const auto raw = bytes::load_le<std::uint8_t>(in);
     return SdoInfoHeader{static_cast<SdoInfoOpCode>(raw & 0x7FU), (raw & 0x80U) != 0,
-                         load_le<std::uint16_t>(in.subspan(2))};
+                         bytes::load_le<std::uint16_t>(in.subspan(2))};
   }
   constexpr bool operator==(const SdoInfoHeader&) const = default;
 };
@@ -206,7 +207,7 @@ struct SdoInfoHeader {
 [[nodiscard]] constexpr bool is_coe_request(std::span<const std::byte> service) noexcept {
   const auto header = CoeHeader::decode(service);
   if (!header || service.size() <= CoeHeader::kSize) return false;
-  const auto first = load_le<std::uint8_t>(service.subspan(CoeHeader::kSize));
+  const auto first = bytes::load_le<std::uint8_t>(service.subspan(CoeHeader::kSize));
   if (header->service == CoeService::kSdoRequest) {
     return first >> 5 != static_cast<std::uint8_t>(SdoRequestCommand::kAbort);
   }

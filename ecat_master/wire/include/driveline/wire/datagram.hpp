@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/wire/command.hpp"
 #include "driveline/wire/decode_error.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::wire {
 
@@ -19,12 +19,12 @@ struct EtherCatHeader {
 
   /// Writes the header. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
-    store_le<std::uint16_t>(out, static_cast<std::uint16_t>((length & kMaxLength) | (type << 12)));
+    bytes::store_le<std::uint16_t>(out, static_cast<std::uint16_t>((length & kMaxLength) | (type << 12)));
   }
   /// The reserved bit is ignored, as slave controllers do. \rtsafe
   [[nodiscard]] static constexpr Decoded<EtherCatHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
-    const auto raw = load_le<std::uint16_t>(in);
+    const auto raw = bytes::load_le<std::uint16_t>(in);
     return EtherCatHeader{static_cast<std::uint16_t>(raw & kMaxLength), static_cast<std::uint8_t>(raw >> 12)};
   }
   constexpr bool operator==(const EtherCatHeader&) const = default;
@@ -72,24 +72,24 @@ struct DatagramHeader {
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
     out[0] = static_cast<std::byte>(command);
     out[1] = static_cast<std::byte>(index);
-    store_le<std::uint32_t>(out.subspan<2, 4>(), address.raw);
-    store_le<std::uint16_t>(
+    bytes::store_le<std::uint32_t>(out.subspan<2, 4>(), address.raw);
+    bytes::store_le<std::uint16_t>(
         out.subspan<6, 2>(),
         static_cast<std::uint16_t>((length & kMaxLength) | (circulating ? 0x4000U : 0U) | (more ? 0x8000U : 0U)));
-    store_le<std::uint16_t>(out.subspan<8, 2>(), irq);
+    bytes::store_le<std::uint16_t>(out.subspan<8, 2>(), irq);
   }
   /// Error: kTooShort. \rtsafe
   [[nodiscard]] static constexpr Decoded<DatagramHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
-    const auto flags = load_le<std::uint16_t>(in.subspan(6, 2));
+    const auto flags = bytes::load_le<std::uint16_t>(in.subspan(6, 2));
     DatagramHeader header;
     header.command = static_cast<Command>(in[0]);
     header.index = std::to_integer<std::uint8_t>(in[1]);
-    header.address = {load_le<std::uint32_t>(in.subspan(2, 4))};
+    header.address = {bytes::load_le<std::uint32_t>(in.subspan(2, 4))};
     header.length = static_cast<std::uint16_t>(flags & kMaxLength);
     header.circulating = (flags & 0x4000U) != 0;
     header.more = (flags & 0x8000U) != 0;
-    header.irq = load_le<std::uint16_t>(in.subspan(8, 2));
+    header.irq = bytes::load_le<std::uint16_t>(in.subspan(8, 2));
     return header;
   }
   constexpr bool operator==(const DatagramHeader&) const = default;

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string_view>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/wire/decode_error.hpp"
-#include "driveline/wire/endian.hpp"
 #include "driveline/wire/ethernet.hpp"
 
 namespace driveline::wire {
@@ -91,7 +91,7 @@ struct EoeHeader {
     const unsigned flags = (last_fragment ? 1U : 0U) | (time_appended ? 2U : 0U) | (time_requested ? 4U : 0U);
     out[0] = static_cast<std::byte>((static_cast<unsigned>(type) & 0x0FU) | ((port & 0x0FU) << 4));
     out[1] = static_cast<std::byte>(flags);
-    store_le(out.subspan<2, 2>(), value);
+    bytes::store_le(out.subspan<2, 2>(), value);
   }
   /// Error: kTooShort. Unknown types are retained, reserved bits ignored. \rtsafe
   [[nodiscard]] static constexpr Decoded<EoeHeader> decode(std::span<const std::byte> in) noexcept {
@@ -104,7 +104,7 @@ struct EoeHeader {
     header.last_fragment = (flags & 1U) != 0;
     header.time_appended = (flags & 2U) != 0;
     header.time_requested = (flags & 4U) != 0;
-    header.value = load_le<std::uint16_t>(in.subspan(2));
+    header.value = bytes::load_le<std::uint16_t>(in.subspan(2));
     return header;
   }
   constexpr bool operator==(const EoeHeader&) const = default;
@@ -137,7 +137,7 @@ struct EoeIpParameters {
       }
       place += size;
     });
-    store_le(out.first<kFlagsSize>(), flags);
+    bytes::store_le(out.first<kFlagsSize>(), flags);
   }
   /// Reads every parameter from its fixed offset. Error: kTooShort. \rtsafe
   [[nodiscard]] static constexpr Decoded<EoeIpParameters> decode(std::span<const std::byte> in) noexcept {
@@ -152,7 +152,7 @@ struct EoeIpParameters {
   }
   /// Bytes of the dense form, according to the flags at the start of `in`. Precondition: kFlagsSize bytes. \rtsafe
   [[nodiscard]] static constexpr std::size_t dense_size(std::span<const std::byte> in) noexcept {
-    const auto flags = load_le<std::uint32_t>(in);
+    const auto flags = bytes::load_le<std::uint32_t>(in);
     std::size_t length = kFlagsSize;
     each(EoeIpParameters{}, [&](unsigned bit, std::size_t size, const auto&) {
       if ((flags & (1U << bit)) != 0) length += size;
@@ -192,7 +192,7 @@ struct EoeIpParameters {
   }
   [[nodiscard]] static constexpr EoeIpParameters take(std::span<const std::byte> in, bool dense) noexcept {
     EoeIpParameters parameters;
-    const auto flags = load_le<std::uint32_t>(in);
+    const auto flags = bytes::load_le<std::uint32_t>(in);
     std::size_t place = kFlagsSize;
     each(parameters, [&](unsigned bit, std::size_t size, auto& parameter) {
       const bool there = (flags & (1U << bit)) != 0;
@@ -217,8 +217,8 @@ struct EoeAddressFilter {
 
   /// Writes the filter. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
-    store_le(out.subspan<0, 2>(), static_cast<std::uint16_t>((address_count & 0x0FU) | ((mask_count & 3U) << 4) |
-                                                             (no_broadcasts ? 0x80U : 0U)));
+    bytes::store_le(out.subspan<0, 2>(), static_cast<std::uint16_t>((address_count & 0x0FU) | ((mask_count & 3U) << 4) |
+                                                                    (no_broadcasts ? 0x80U : 0U)));
     std::size_t place = 2;
     const auto put = [&](const MacAddress& mac) {
       for (const auto octet : mac) out[place++] = octet;
@@ -229,7 +229,7 @@ struct EoeAddressFilter {
   /// Error: kTooShort. \rtsafe
   [[nodiscard]] static constexpr Decoded<EoeAddressFilter> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
-    const unsigned options = load_le<std::uint16_t>(in);
+    const unsigned options = bytes::load_le<std::uint16_t>(in);
     EoeAddressFilter filter;
     filter.address_count = static_cast<std::uint8_t>(options & 0x0FU);
     filter.mask_count = static_cast<std::uint8_t>((options >> 4) & 3U);

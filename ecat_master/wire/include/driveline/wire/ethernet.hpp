@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/wire/decode_error.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::wire {
 
@@ -35,7 +35,7 @@ struct EthernetHeader {
       out[i] = destination[i];
       out[6 + i] = source[i];
     }
-    store_be16(out.subspan<12, 2>(), ether_type);
+    bytes::store_be16(out.subspan<12, 2>(), ether_type);
   }
 
   /// Error: kTooShort. \rtsafe
@@ -46,7 +46,7 @@ struct EthernetHeader {
       header.destination[i] = in[i];
       header.source[i] = in[6 + i];
     }
-    header.ether_type = load_be16(in.subspan(12, 2));
+    header.ether_type = bytes::load_be16(in.subspan(12, 2));
     return header;
   }
 

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/wire/decode_error.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::wire {
 
@@ -23,27 +23,27 @@ struct FmmuEntity {
 
   /// The three reserved bytes at the end are written as zero.
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
-    store_le(out.subspan<0, 4>(), logical_start);
-    store_le(out.subspan<4, 2>(), length);
-    store_le(out.subspan<6, 1>(), logical_start_bit);
-    store_le(out.subspan<7, 1>(), logical_stop_bit);
-    store_le(out.subspan<8, 2>(), physical_start);
-    store_le(out.subspan<10, 1>(), physical_start_bit);
-    store_le(out.subspan<11, 1>(), type);
-    store_le<std::uint8_t>(out.subspan<12, 1>(), active ? 1 : 0);
+    bytes::store_le(out.subspan<0, 4>(), logical_start);
+    bytes::store_le(out.subspan<4, 2>(), length);
+    bytes::store_le(out.subspan<6, 1>(), logical_start_bit);
+    bytes::store_le(out.subspan<7, 1>(), logical_stop_bit);
+    bytes::store_le(out.subspan<8, 2>(), physical_start);
+    bytes::store_le(out.subspan<10, 1>(), physical_start_bit);
+    bytes::store_le(out.subspan<11, 1>(), type);
+    bytes::store_le<std::uint8_t>(out.subspan<12, 1>(), active ? 1 : 0);
     for (std::size_t i = 13; i < kSize; ++i) out[i] = std::byte{0};
   }
   /// Reserved bits are ignored, as slave controllers do.
   [[nodiscard]] static constexpr Decoded<FmmuEntity> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
     FmmuEntity fmmu;
-    fmmu.logical_start = load_le<std::uint32_t>(in);
-    fmmu.length = load_le<std::uint16_t>(in.subspan(4));
-    fmmu.logical_start_bit = load_le<std::uint8_t>(in.subspan(6)) & 7U;
-    fmmu.logical_stop_bit = load_le<std::uint8_t>(in.subspan(7)) & 7U;
-    fmmu.physical_start = load_le<std::uint16_t>(in.subspan(8));
-    fmmu.physical_start_bit = load_le<std::uint8_t>(in.subspan(10)) & 7U;
-    fmmu.type = load_le<std::uint8_t>(in.subspan(11)) & 3U;
+    fmmu.logical_start = bytes::load_le<std::uint32_t>(in);
+    fmmu.length = bytes::load_le<std::uint16_t>(in.subspan(4));
+    fmmu.logical_start_bit = bytes::load_le<std::uint8_t>(in.subspan(6)) & 7U;
+    fmmu.logical_stop_bit = bytes::load_le<std::uint8_t>(in.subspan(7)) & 7U;
+    fmmu.physical_start = bytes::load_le<std::uint16_t>(in.subspan(8));
+    fmmu.physical_start_bit = bytes::load_le<std::uint8_t>(in.subspan(10)) & 7U;
+    fmmu.type = bytes::load_le<std::uint8_t>(in.subspan(11)) & 3U;
     fmmu.active = (std::to_integer<unsigned>(in[12]) & 1U) != 0;
     return fmmu;
   }

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/wire/decode_error.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::wire {
 
@@ -29,12 +29,13 @@ struct FoeHeader {
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
     out[0] = static_cast<std::byte>(op_code);
     out[1] = std::byte{0};
-    store_le(out.subspan<2, 4>(), value);
+    bytes::store_le(out.subspan<2, 4>(), value);
   }
   /// Error: kTooShort. Unknown op-codes are retained. \rtsafe
   [[nodiscard]] static constexpr Decoded<FoeHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
-    return FoeHeader{static_cast<FoeOpCode>(load_le<std::uint8_t>(in)), load_le<std::uint32_t>(in.subspan(2))};
+    return FoeHeader{static_cast<FoeOpCode>(bytes::load_le<std::uint8_t>(in)),
+                     bytes::load_le<std::uint32_t>(in.subspan(2))};
   }
   constexpr bool operator==(const FoeHeader&) const = default;
 };

@@ -91,7 +91,7 @@ struct BasicDatagramView {
   std::span<Byte> working_counter_bytes;  ///< the two bytes behind the data
   /// The working counter: the sum over the slaves that executed the command. \rtsafe
   [[nodiscard]] constexpr std::uint16_t working_counter() const noexcept {
-    return load_le<std::uint16_t>(working_counter_bytes);
+    return bytes::load_le<std::uint16_t>(working_counter_bytes);
   }
 };
 /// View of a datagram in a read-only frame.
@@ -115,7 +115,7 @@ class BasicDatagramCursor {
     std::uint16_t type = ethernet->ether_type;
     if (type == kEtherTypeVlan) {
       if (frame.size() < offset + 4) return tl::unexpected(DecodeError::kTooShort);
-      type = load_be16(frame.subspan(offset + 2, 2));
+      type = bytes::load_be16(frame.subspan(offset + 2, 2));
       offset += 4;
     }
     if (type != kEtherTypeEtherCat) return tl::unexpected(DecodeError::kNotEtherCat);

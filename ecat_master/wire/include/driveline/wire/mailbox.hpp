@@ -2,8 +2,8 @@
 
 #include <string_view>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/wire/decode_error.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::wire {
 
@@ -43,22 +43,22 @@ struct MailboxHeader {
 
   /// Writes the header. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
-    store_le(out.subspan<0, 2>(), length);
-    store_le(out.subspan<2, 2>(), address);
-    store_le(out.subspan<4, 1>(), static_cast<std::uint8_t>((channel & 0x3FU) | (unsigned{priority} << 6)));
-    store_le(out.subspan<5, 1>(),
-             static_cast<std::uint8_t>((static_cast<unsigned>(type) & 0x0FU) | ((counter & 7U) << 4)));
+    bytes::store_le(out.subspan<0, 2>(), length);
+    bytes::store_le(out.subspan<2, 2>(), address);
+    bytes::store_le(out.subspan<4, 1>(), static_cast<std::uint8_t>((channel & 0x3FU) | (unsigned{priority} << 6)));
+    bytes::store_le(out.subspan<5, 1>(),
+                    static_cast<std::uint8_t>((static_cast<unsigned>(type) & 0x0FU) | ((counter & 7U) << 4)));
   }
   /// Checks that `length` bytes follow in `in`.
   [[nodiscard]] static constexpr Decoded<MailboxHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
     MailboxHeader header;
-    header.length = load_le<std::uint16_t>(in);
-    header.address = load_le<std::uint16_t>(in.subspan(2));
-    const auto channel_priority = load_le<std::uint8_t>(in.subspan(4));
+    header.length = bytes::load_le<std::uint16_t>(in);
+    header.address = bytes::load_le<std::uint16_t>(in.subspan(2));
+    const auto channel_priority = bytes::load_le<std::uint8_t>(in.subspan(4));
     header.channel = channel_priority & 0x3FU;
     header.priority = static_cast<std::uint8_t>(channel_priority >> 6);
-    const auto type_counter = load_le<std::uint8_t>(in.subspan(5));
+    const auto type_counter = bytes::load_le<std::uint8_t>(in.subspan(5));
     header.type = static_cast<MailboxType>(type_counter & 0x0FU);
     header.counter = (type_counter >> 4) & 7U;
     if (header.length > in.size() - kSize) return tl::unexpected(DecodeError::kBadLength);
@@ -118,14 +118,14 @@ struct MailboxErrorReply {
 
   /// Writes the reply. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
-    store_le(out.subspan<0, 2>(), kErrorType);
-    store_le(out.subspan<2, 2>(), static_cast<std::uint16_t>(code));
+    bytes::store_le(out.subspan<0, 2>(), kErrorType);
+    bytes::store_le(out.subspan<2, 2>(), static_cast<std::uint16_t>(code));
   }
   /// Errors: kTooShort, kBadService for another error type. Unknown codes are retained. \rtsafe
   [[nodiscard]] static constexpr Decoded<MailboxErrorReply> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
-    if (load_le<std::uint16_t>(in) != kErrorType) return tl::unexpected(DecodeError::kBadService);
-    return MailboxErrorReply{static_cast<MailboxErrorCode>(load_le<std::uint16_t>(in.subspan(2)))};
+    if (bytes::load_le<std::uint16_t>(in) != kErrorType) return tl::unexpected(DecodeError::kBadService);
+    return MailboxErrorReply{static_cast<MailboxErrorCode>(bytes::load_le<std::uint16_t>(in.subspan(2)))};
   }
   constexpr bool operator==(const MailboxErrorReply&) const = default;
 };

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string_view>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/wire/decode_error.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::wire {
 
@@ -124,18 +124,18 @@ struct SoeHeader {
     out[0] = static_cast<std::byte>((static_cast<unsigned>(op_code) & 7U) | (incomplete ? 0x08U : 0U) |
                                     (error ? 0x10U : 0U) | (drive & 7U) << 5);
     out[1] = static_cast<std::byte>(elements.bits);
-    store_le(out.subspan<2, 2>(), value);
+    bytes::store_le(out.subspan<2, 2>(), value);
   }
   /// Error: kTooShort. Unknown op-codes are retained. \rtsafe
   [[nodiscard]] static constexpr Decoded<SoeHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
-    const auto first = load_le<std::uint8_t>(in);
+    const auto first = bytes::load_le<std::uint8_t>(in);
     return SoeHeader{static_cast<SoeOpCode>(first & 7U),
                      (first & 0x08U) != 0,
                      (first & 0x10U) != 0,
                      static_cast<std::uint8_t>(first >> 5),
-                     SoeElementSet::of(load_le<std::uint8_t>(in.subspan(1))),
-                     load_le<std::uint16_t>(in.subspan(2))};
+                     SoeElementSet::of(bytes::load_le<std::uint8_t>(in.subspan(1))),
+                     bytes::load_le<std::uint16_t>(in.subspan(2))};
   }
   constexpr bool operator==(const SoeHeader&) const = default;
 };
@@ -148,13 +148,13 @@ struct SoeListHeader {
 
   /// Writes the header. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
-    store_le(out.subspan<0, 2>(), length);
-    store_le(out.subspan<2, 2>(), capacity);
+    bytes::store_le(out.subspan<0, 2>(), length);
+    bytes::store_le(out.subspan<2, 2>(), capacity);
   }
   /// Error: kTooShort. Whether `length` bytes follow is not checked. \rtsafe
   [[nodiscard]] static constexpr Decoded<SoeListHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
-    return SoeListHeader{load_le<std::uint16_t>(in), load_le<std::uint16_t>(in.subspan(2))};
+    return SoeListHeader{bytes::load_le<std::uint16_t>(in), bytes::load_le<std::uint16_t>(in.subspan(2))};
   }
   constexpr bool operator==(const SoeListHeader&) const = default;
 };
@@ -192,12 +192,12 @@ struct SoeAttribute {
                                (command ? 1U << 19 : 0U) | (static_cast<unsigned>(display) & 7U) << 20 |
                                (decimals & 15U) << 24 | (pre_op_protected ? 1U << 28 : 0U) |
                                (safe_op_protected ? 1U << 29 : 0U) | (op_protected ? 1U << 30 : 0U);
-    store_le(out, bits);
+    bytes::store_le(out, bits);
   }
   /// Error: kTooShort. Reserved bits are ignored. \rtsafe
   [[nodiscard]] static constexpr Decoded<SoeAttribute> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
-    const auto bits = load_le<std::uint32_t>(in);
+    const auto bits = bytes::load_le<std::uint32_t>(in);
     const auto bit = [bits](unsigned number) { return (bits >> number & 1U) != 0; };
     return SoeAttribute{static_cast<std::uint16_t>(bits & 0xFFFFU),
                         static_cast<std::uint8_t>(bits >> 16 & 3U),

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/wire/decode_error.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::wire {
 
@@ -69,19 +69,19 @@ struct SyncManagerChannel {
 
   /// Writes all registers of a channel. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
-    store_le(out.subspan<0, 2>(), start_address);
-    store_le(out.subspan<2, 2>(), length);
-    store_le(out.subspan<4, 1>(), control);
-    store_le(out.subspan<5, 1>(), status);
-    store_le(out.subspan<6, 1>(), activate);
-    store_le(out.subspan<7, 1>(), pdi_control);
+    bytes::store_le(out.subspan<0, 2>(), start_address);
+    bytes::store_le(out.subspan<2, 2>(), length);
+    bytes::store_le(out.subspan<4, 1>(), control);
+    bytes::store_le(out.subspan<5, 1>(), status);
+    bytes::store_le(out.subspan<6, 1>(), activate);
+    bytes::store_le(out.subspan<7, 1>(), pdi_control);
   }
   /// Error: kTooShort. \rtsafe
   [[nodiscard]] static constexpr Decoded<SyncManagerChannel> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
-    return SyncManagerChannel{load_le<std::uint16_t>(in),           load_le<std::uint16_t>(in.subspan(2)),
-                              load_le<std::uint8_t>(in.subspan(4)), load_le<std::uint8_t>(in.subspan(5)),
-                              load_le<std::uint8_t>(in.subspan(6)), load_le<std::uint8_t>(in.subspan(7))};
+    return SyncManagerChannel{bytes::load_le<std::uint16_t>(in),           bytes::load_le<std::uint16_t>(in.subspan(2)),
+                              bytes::load_le<std::uint8_t>(in.subspan(4)), bytes::load_le<std::uint8_t>(in.subspan(5)),
+                              bytes::load_le<std::uint8_t>(in.subspan(6)), bytes::load_le<std::uint8_t>(in.subspan(7))};
   }
   constexpr bool operator==(const SyncManagerChannel&) const = default;
 };

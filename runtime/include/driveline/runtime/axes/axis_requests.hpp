@@ -12,7 +12,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "driveline/ecat_master/single_axis/single_axes.hpp"
+#include "driveline/motion/single_axis/single_axes.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/runtime/axes/coupling_order.hpp"
@@ -40,24 +40,23 @@ struct AxisCaller {
 
 /// Progress of a request.
 struct AxisProgress {
-  ecat_master::RequestReport report;          ///< phase and reason
+  motion::RequestReport report;               ///< phase and reason
   std::optional<AxisRefusal> refusal{};       ///< reason with its facts; none: the request has not failed
   std::optional<double> recorded_position{};  ///< recorded by AxisCommand::kTouchProbe, rad or m, as requests count
   bool accepted = false;  ///< the axis has accepted the request, which may still wait for its turn, or be over
 };
 
 /// Whether there is nothing more to wait for: the request is over, has reached its velocity or torque, or is unknown.
-[[nodiscard]] constexpr bool has_settled(ecat_master::RequestPhase phase) noexcept {
-  return ecat_master::is_over(phase) || phase == ecat_master::RequestPhase::kReached ||
-         phase == ecat_master::RequestPhase::kUnknown;
+[[nodiscard]] constexpr bool has_settled(motion::RequestPhase phase) noexcept {
+  return motion::is_over(phase) || phase == motion::RequestPhase::kReached || phase == motion::RequestPhase::kUnknown;
 }
 
 /// State of an axis, and its owner.
 struct AxisStatus {
-  events::EventAxis axis;                           ///< name and unit
-  std::string owner;                                ///< owner; empty: none
-  std::optional<ecat_master::AxisReport> report{};  ///< none: the axes are moved together, or the line is not running
-  std::optional<CouplingStatus> coupling{};         ///< none: no coupling, or the line is not running
+  events::EventAxis axis;                      ///< name and unit
+  std::string owner;                           ///< owner; empty: none
+  std::optional<motion::AxisReport> report{};  ///< none: the axes are moved together, or the line is not running
+  std::optional<CouplingStatus> coupling{};    ///< none: no coupling, or the line is not running
 };
 
 /// What AxisRequests needs to know about the axis groups of its line. Called with the lock of the AxisRequests held.
@@ -92,12 +91,11 @@ class AxisRequests {
   using Settled = std::function<void(const AxisProgress&)>;
 
   /// `stop_all` ends the run in an orderly way. `axes` and `clock`, which measures keep-alive times, must outlive it.
-  AxisRequests(const std::vector<ecat_master::AxisConfig>& axes, const rt::Clock& clock,
-               std::function<void()> stop_all);
+  AxisRequests(const std::vector<motion::AxisConfig>& axes, const rt::Clock& clock, std::function<void()> stop_all);
 
   // Called by the line.
   /// Accepts requests from now on, until close(). `axes` must live until then.
-  void open(ecat_master::SingleAxes& axes);
+  void open(motion::SingleAxes& axes);
   /// Adds gears and cams; `couplings` must live until close(), too. Call before open().
   void attach(LineCouplings& couplings);
   /// Lets `owner` move all axes, until close().
@@ -116,11 +114,11 @@ class AxisRequests {
   /// Returns the number of the axis with this name; none: there is no such axis.
   [[nodiscard]] std::optional<std::size_t> find(std::string_view name) const noexcept;
   /// Returns the configuration of the axes, in the order of the line description.
-  [[nodiscard]] const std::vector<ecat_master::AxisConfig>& axes() const noexcept { return axes_; }
+  [[nodiscard]] const std::vector<motion::AxisConfig>& axes() const noexcept { return axes_; }
   /// Forwards a request to the axis. Returns its number for progress(), wait() and when_settled(), never 0; kRunEnded:
   /// all axes are moved together, and the request has ended the run.
   [[nodiscard]] tl::expected<std::uint64_t, AxisRefusal> submit(const AxisCaller& caller, std::size_t axis,
-                                                                const ecat_master::AxisRequest& request);
+                                                                const motion::AxisRequest& request);
   /// Same for an order about the gear or cam of an axis; needs the lease of the slave axis.
   [[nodiscard]] tl::expected<std::uint64_t, AxisRefusal> submit(const AxisCaller& caller, std::size_t axis,
                                                                 const CouplingOrder& order);
@@ -162,7 +160,7 @@ class AxisRequests {
     std::uint64_t number = 0;
     std::size_t axis = 0;
     AxisCaller caller;
-    ecat_master::AxisRequest request;
+    motion::AxisRequest request;
     bool takes_over = false;   ///< takes the axis from another owner as soon as the axis has accepted the request
     bool caller_left = false;  ///< the caller left before the axis accepted the request
     std::string coupling{};    ///< text of a CouplingOrder, for events
@@ -183,16 +181,14 @@ class AxisRequests {
   using Submitted = tl::expected<std::uint64_t, AxisRefusal>;
   using Permission = tl::expected<Access, AxisRefusal>;
 
-  [[nodiscard]] Submitted try_to_submit(const AxisCaller& caller, std::size_t axis,
-                                        const ecat_master::AxisRequest& request);
+  [[nodiscard]] Submitted try_to_submit(const AxisCaller& caller, std::size_t axis, const motion::AxisRequest& request);
   [[nodiscard]] Submitted try_to_couple(const AxisCaller& caller, std::size_t axis, const CouplingOrder& order);
-  [[nodiscard]] Permission permission(const AxisCaller& caller, std::size_t axis, ecat_master::AxisCommand command);
+  [[nodiscard]] Permission permission(const AxisCaller& caller, std::size_t axis, motion::AxisCommand command);
   [[nodiscard]] Permission probe_permission(const AxisCaller& caller, std::size_t axis,
-                                            ecat_master::AxisCommand command) const;
+                                            motion::AxisCommand command) const;
   [[nodiscard]] bool takes_over(const AxisCaller& caller, std::size_t axis) const;
   [[nodiscard]] AxisProgress progress_of(std::size_t axis, std::uint64_t request) const;
-  [[nodiscard]] bool accepted(std::size_t axis, std::uint64_t request, ecat_master::RequestPhase phase,
-                              bool taken) const;
+  [[nodiscard]] bool accepted(std::size_t axis, std::uint64_t request, motion::RequestPhase phase, bool taken) const;
   [[nodiscard]] bool is_probe(std::uint64_t request) const;
   void stop_axis(std::size_t axis);
   void drop(Pending& pending);
@@ -203,13 +199,13 @@ class AxisRequests {
   [[nodiscard]] std::vector<Call> take_due_calls(bool all);
   void call_back(std::vector<Call> calls);
 
-  const std::vector<ecat_master::AxisConfig>& axes_;
+  const std::vector<motion::AxisConfig>& axes_;
   const rt::Clock& clock_;
   std::function<void()> stop_all_;
   AxisAuthority authority_;
   mutable std::mutex lock_;
   mutable std::condition_variable watched_;  ///< notified after each watch(), and when the line goes out of operation
-  ecat_master::SingleAxes* single_ = nullptr;
+  motion::SingleAxes* single_ = nullptr;
   GroupGuard* groups_ = nullptr;
   LineCouplings* couplings_ = nullptr;
   bool together_ = false;

@@ -10,12 +10,12 @@
 #include <vector>
 #include "driveline/runtime/error.hpp"
 
-#include "driveline/ecat_master/axis/axis.hpp"
-#include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/cyclic/receive_wait.hpp"
 #include "driveline/ecat_master/dc/line_clocks.hpp"
-#include "driveline/ecat_master/single_axis/gantry_settings.hpp"
 #include "driveline/esi/esi_library.hpp"
+#include "driveline/motion/axis/axis.hpp"
+#include "driveline/motion/control/master_absence.hpp"
+#include "driveline/motion/single_axis/gantry_settings.hpp"
 #include "driveline/port/interface_port.hpp"
 #include "driveline/rt/realtime_thread.hpp"
 #include "driveline/runtime/config/axis_group_config.hpp"
@@ -87,8 +87,8 @@ struct PathConfig {
   std::filesystem::path file;  ///< CSV with a time column and one column per axis
   /// Interpolation between the points.
   trajectory::InterpolationMethod interpolation = trajectory::InterpolationMethod::kClampedSpline;
-  bool repeat = false;                                            ///< start again at the end
-  ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;  ///< whether a late path catches up
+  bool repeat = false;                                  ///< start again at the end
+  motion::LatePolicy late = motion::LatePolicy::kStay;  ///< whether a late path catches up
   bool relative = false;              ///< positions are relative to those at which the axes are enabled
   bool compensate_dead_time = false;  ///< setpoints lead the path by the dead times of bus and drives
 };
@@ -139,9 +139,9 @@ struct LineConfig {
   std::optional<slaves::Wiring> wiring;                  ///< wiring of the simulated line; none: a plain line
   std::vector<FaultPlan> faults;                         ///< in the order of the file
   std::optional<ClockConfig> clocks;                     ///< none: the drives run free
-  std::vector<ecat_master::AxisConfig> axes;             ///< in the order of the path's columns
+  std::vector<motion::AxisConfig> axes;                  ///< in the order of the path's columns
   std::vector<AxisGroupConfig> axis_groups;              ///< in the order of the file
-  std::vector<ecat_master::GantrySettings> gantries;     ///< pairs of axes that move as one
+  std::vector<motion::GantrySettings> gantries;          ///< pairs of axes that move as one
   std::optional<PathConfig> path;                        ///< none: the axes hold the position at which they are enabled
   TelemetryConfig telemetry;                             ///< publication over DDS
   std::optional<CommandConfig> commands;                 ///< none: no commands over DDS
@@ -186,11 +186,11 @@ struct LostLimit {
 /// `mode` (CSP, CSV or CST) overrides the `mode` of every axis; the file is checked as if it contained it.
 [[nodiscard]] Result<LineConfig> load_line_config(const std::filesystem::path& file,
                                                   const DeviceRegistry& devices = DeviceRegistry{},
-                                                  std::optional<ecat_master::cia402::Mode> mode = std::nullopt);
+                                                  std::optional<motion::cia402::Mode> mode = std::nullopt);
 
 /// Same for text in memory; `name` stands for the file in errors.
 [[nodiscard]] Result<LineConfig> parse_line_config(std::string_view text, const std::filesystem::path& name,
                                                    const DeviceRegistry& devices = DeviceRegistry{},
-                                                   std::optional<ecat_master::cia402::Mode> mode = std::nullopt);
+                                                   std::optional<motion::cia402::Mode> mode = std::nullopt);
 
 }  // namespace driveline::runtime

@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/motion/axis/axis.hpp"
 
 namespace driveline::runtime {
 
@@ -12,7 +12,7 @@ namespace driveline::runtime {
 struct RecoveryConfig {
   /// Reaction of the other axes. kStop: the first lost slave ends the run; otherwise lost slaves are recovered while
   /// the run continues.
-  ecat_master::LossPolicy axes = ecat_master::LossPolicy::kStop;
+  motion::LossPolicy axes = motion::LossPolicy::kStop;
   std::chrono::seconds give_up{60};  ///< a slave that is lost for longer ends the run; zero: never
 };
 

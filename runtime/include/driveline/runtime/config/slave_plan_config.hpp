@@ -33,12 +33,12 @@ struct SlavePlanConfig {
   ecat_master::StateTimeouts timeouts;                 ///< values that are left out: see StateTimeouts
   ecat_master::MailboxTimeouts mailbox_timeouts;       ///< values that are left out: see MailboxTimeouts
   ecat_master::StartupNeeds needs;                     ///< writes that the slave may refuse
-  ecat_master::WriteNeed interpolation_time = ecat_master::WriteNeed::kOptional;  ///< need of 60C2h of an axis
-  ecat_master::StateRetries safe_op_retries;                                      ///< repeated requests of SAFEOP
-  std::optional<bool> lrw;                            ///< false: no LRW for this slave; none: its description decides
-  std::optional<bool> eeprom_to_application;          ///< see SlavePlan::eeprom_to_application
-  std::vector<ecat_master::StartupSdo> sdos;          ///< in the order of the file
-  std::optional<ecat_master::PdoConfiguration> pdos;  ///< none: the PDOs that the use of the slave requires
+  motion::WriteNeed interpolation_time = motion::WriteNeed::kOptional;  ///< need of 60C2h of an axis
+  ecat_master::StateRetries safe_op_retries;                            ///< repeated requests of SAFEOP
+  std::optional<bool> lrw;                       ///< false: no LRW for this slave; none: its description decides
+  std::optional<bool> eeprom_to_application;     ///< see SlavePlan::eeprom_to_application
+  std::vector<motion::StartupSdo> sdos;          ///< in the order of the file
+  std::optional<motion::PdoConfiguration> pdos;  ///< none: the PDOs that the use of the slave requires
 
   /// Adds these settings to `plan`: start-up SDOs are appended, PDOs replaced, and `interpolation_time` applies to the
   /// start-up SDOs that `plan` has before.

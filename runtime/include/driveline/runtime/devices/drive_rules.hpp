@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "driveline/ecat_master/axis/axis.hpp"
-#include "driveline/ecat_master/axis/startup_sdos.hpp"
+#include "driveline/motion/axis/axis.hpp"
+#include "driveline/motion/axis/startup_sdos.hpp"
 #include "driveline/trajectory/motion_limits.hpp"
 
 namespace driveline::runtime {
@@ -33,11 +33,11 @@ class DriveRules {
   /// Returns the start-up SDOs with which the drive follows the setpoints of `axis`, one every `period`.
   /// @throws std::invalid_argument if the drive cannot represent the period; line descriptions with such a period are
   /// refused when they are read.
-  [[nodiscard]] virtual std::vector<ecat_master::StartupSdo> startup_sdos(const ecat_master::AxisConfig& axis,
-                                                                          std::chrono::nanoseconds period) const;
+  [[nodiscard]] virtual std::vector<motion::StartupSdo> startup_sdos(const motion::AxisConfig& axis,
+                                                                     std::chrono::nanoseconds period) const;
 
   /// Returns the exchanges until the drive reaches a received position setpoint: 1 with linear interpolation,
-  /// ecat_master::kSplinePeriods on a spline. Used for the following error.
+  /// motion::kSplinePeriods on a spline. Used for the following error.
   [[nodiscard]] virtual unsigned interpolation_exchanges() const noexcept { return 1; }
 
   /// Returns why the drive cannot use torque offsets (60B2h) in CSP and CSV, as the end of a sentence about it; empty:

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "driveline/ecat_master/axis/axis.hpp"
-#include "driveline/ecat_master/single_axis/axis_request.hpp"
+#include "driveline/motion/axis/axis.hpp"
+#include "driveline/motion/single_axis/axis_request.hpp"
 #include "driveline/trajectory/coupling.hpp"
 #include "driveline/trajectory/position_unit.hpp"
 #include "driveline/trajectory/profile.hpp"
@@ -39,15 +39,15 @@ struct AxisRefusal {
     kNotCoupled,      ///< there is no coupling to end or to shift in phase
     kCoupling,        ///< reason in `coupling`; none: its master no longer leads
   };
-  Why why = Why::kNotRunning;      ///< the reason
-  std::string owner{};             ///< set for kOwned, kMovedTogether, kProbeTaken
-  std::string_view quantity{};     ///< "velocity"
-  std::string_view per{};          ///< divisor of the unit of `quantity`: "/s"; "-": no unit; "torque": Nm or N
-  double value = 0.0;              ///< rad or m, or Nm or N
-  double lowest = 0.0;             ///< rad or m, or Nm or N
-  double highest = 0.0;            ///< rad or m, or Nm or N
-  ecat_master::AxisError error{};  ///< kByAxis
-  std::uint16_t error_code = 0;    ///< kByAxis: error code of the drive (603Fh); 0: none
+  Why why = Why::kNotRunning;    ///< the reason
+  std::string owner{};           ///< set for kOwned, kMovedTogether, kProbeTaken
+  std::string_view quantity{};   ///< "velocity"
+  std::string_view per{};        ///< divisor of the unit of `quantity`: "/s"; "-": no unit; "torque": Nm or N
+  double value = 0.0;            ///< rad or m, or Nm or N
+  double lowest = 0.0;           ///< rad or m, or Nm or N
+  double highest = 0.0;          ///< rad or m, or Nm or N
+  motion::AxisError error{};     ///< kByAxis
+  std::uint16_t error_code = 0;  ///< kByAxis: error code of the drive (603Fh); 0: none
   /// `lowest` and `highest` are the software limits of the axis; also for kByAxis.
   bool software_limits = false;
   std::optional<GantrySkew> skew{};                                           ///< set for an axis of a gantry
@@ -66,30 +66,30 @@ struct EventAxis {
   std::optional<double> modulo{};  ///< AxisConfig::modulo
 };
 /// Returns the axis for an event about `axis`.
-[[nodiscard]] EventAxis event_axis(const ecat_master::AxisConfig& axis);
+[[nodiscard]] EventAxis event_axis(const motion::AxisConfig& axis);
 
 /// A client has sent a request to an axis.
 struct AxisRequested {
   std::string who;                       ///< "control socket (process 123, user 1000)"
   EventAxis axis;                        ///< addressed axis
-  ecat_master::AxisRequest request;      ///< the request
+  motion::AxisRequest request;           ///< the request
   std::optional<AxisRefusal> refusal{};  ///< reason of the refusal; none: not refused
   std::string coupling{};                ///< text of the CouplingOrder, if it is one
 };
 /// An accepted request has failed, or was ended by a failure of the axis.
 struct AxisRequestFailed {
-  std::string who;                   ///< name of the caller
-  EventAxis axis;                    ///< addressed axis
-  ecat_master::AxisRequest request;  ///< the request
-  AxisRefusal refusal;               ///< reason
-  std::string coupling{};            ///< text of the CouplingOrder, if it is one
+  std::string who;              ///< name of the caller
+  EventAxis axis;               ///< addressed axis
+  motion::AxisRequest request;  ///< the request
+  AxisRefusal refusal;          ///< reason
+  std::string coupling{};       ///< text of the CouplingOrder, if it is one
 };
 /// The touch probe of an axis has recorded the position of the axis.
 struct AxisProbed {
-  std::string who;                   ///< name of the caller
-  EventAxis axis;                    ///< axis of the probe
-  ecat_master::AxisRequest request;  ///< the request
-  double position = 0.0;             ///< rad or m, as requests count
+  std::string who;              ///< name of the caller
+  EventAxis axis;               ///< axis of the probe
+  motion::AxisRequest request;  ///< the request
+  double position = 0.0;        ///< rad or m, as requests count
 };
 /// A client was refused by an interface of the line; nothing was done.
 struct CallerRefused {
@@ -105,14 +105,14 @@ struct AxisLeaseLost {
 /// A single axis is in ErrorStop; the others continue.
 struct AxisFailed {
   EventAxis axis;                    ///< failed axis
-  ecat_master::AxisError error{};    ///< reason
+  motion::AxisError error{};         ///< reason
   std::uint16_t error_code = 0;      ///< error code of the drive (603Fh); 0: none
   std::optional<GantrySkew> skew{};  ///< set for an axis of a gantry
 };
 /// A single axis was in ErrorStop at the end of the run.
 struct AxisNotReset {
   EventAxis axis;                    ///< failed axis
-  ecat_master::AxisError error{};    ///< reason
+  motion::AxisError error{};         ///< reason
   std::uint16_t error_code = 0;      ///< error code of the drive (603Fh); 0: none
   std::optional<GantrySkew> skew{};  ///< set for an axis of a gantry
 };
@@ -132,7 +132,7 @@ struct AxisRestored {
 }  // namespace events
 
 /// Returns a request in words: "move_absolute to 90 deg, velocity 30 deg/s".
-[[nodiscard]] std::string describe(const events::EventAxis& axis, const ecat_master::AxisRequest& request);
+[[nodiscard]] std::string describe(const events::EventAxis& axis, const motion::AxisRequest& request);
 /// Returns the sentence of a refusal: "axis x: velocity 500 deg/s is not possible, 0 to 200 deg/s are".
 [[nodiscard]] std::string describe(const events::EventAxis& axis, const AxisRefusal& refusal);
 

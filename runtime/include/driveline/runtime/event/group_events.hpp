@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "driveline/ecat_master/group/group_request.hpp"
+#include "driveline/motion/group/group_request.hpp"
 #include "driveline/runtime/event/axis_events.hpp"
 
 namespace driveline::runtime {
@@ -29,8 +29,8 @@ struct ClientGroupRequest {
     kStop,         ///< MC_GroupStop: as kHalt; refuses motions until kReleaseStop
     kReleaseStop,  ///< releases the stop
   };
-  Verb verb = Verb::kHalt;        ///< the function block
-  ecat_master::GroupMove move{};  ///< kMove; a feed of 0: default feed of the group
+  Verb verb = Verb::kHalt;   ///< the function block
+  motion::GroupMove move{};  ///< kMove; a feed of 0: default feed of the group
   /// kMove: coordinates that stay at their value at the end of the preceding requests; empty: none.
   std::vector<bool> stays{};
   double share = 1.0;  ///< kOverride: 0 to 2
@@ -53,13 +53,13 @@ struct GroupRefusal {
   std::string owner{};         ///< set for kOwned, kMovedTogether
   /// Set for kOwned, kOutsideRange, and for kByGroup if the error is that of an axis.
   std::optional<events::EventAxis> axis{};
-  std::string reason{};                 ///< kBadMove: a sentence without a full stop
-  double value = 0.0;                   ///< kOutsideRange: rad or m; kShare
-  double lowest = 0.0;                  ///< kOutsideRange: rad or m
-  double highest = 0.0;                 ///< kOutsideRange: rad or m
-  ecat_master::GroupError error{};      ///< kByGroup
-  ecat_master::AxisError axis_error{};  ///< kByGroup: error of `axis`, if it has failed
-  std::uint16_t error_code = 0;         ///< kByGroup: error code of its drive (603Fh); 0: none
+  std::string reason{};            ///< kBadMove: a sentence without a full stop
+  double value = 0.0;              ///< kOutsideRange: rad or m; kShare
+  double lowest = 0.0;             ///< kOutsideRange: rad or m
+  double highest = 0.0;            ///< kOutsideRange: rad or m
+  motion::GroupError error{};      ///< kByGroup
+  motion::AxisError axis_error{};  ///< kByGroup: error of `axis`, if it has failed
+  std::uint16_t error_code = 0;    ///< kByGroup: error code of its drive (603Fh); 0: none
 };
 
 namespace events {

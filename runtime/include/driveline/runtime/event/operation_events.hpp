@@ -8,12 +8,12 @@
 #include <string>
 
 #include "driveline/ecat_master/coe/emergency_log.hpp"
-#include "driveline/ecat_master/cyclic/master_absence.hpp"
-#include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "driveline/ecat_master/error.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/ecat_master/soe/soe_log.hpp"
+#include "driveline/motion/control/master_absence.hpp"
+#include "driveline/motion/path/motion.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/event/axis_events.hpp"
 
@@ -22,7 +22,7 @@ namespace driveline::runtime::events {
 
 /// Periodic event while the line is in operation.
 struct Progress {
-  std::optional<ecat_master::MotionPhase> phase{};  ///< phase of the axes; none: no axes are moved
+  std::optional<motion::MotionPhase> phase{};  ///< phase of the axes; none: no axes are moved
 };
 /// The line is shut down on request.
 struct StopRequested {};
@@ -39,7 +39,7 @@ struct LineChanged {
   ecat_master::LineEvent event;  ///< the change, and its time by the clock of the line
   std::string slave;             ///< name of the slave; empty: none
   /// Absence of the master just before that explains the change; none: there was none.
-  std::optional<ecat_master::MasterAbsence> after{};
+  std::optional<motion::MasterAbsence> after{};
 };
 /// A slave did not return in time or before the end of the run.
 struct SlaveNotBack {
@@ -91,8 +91,8 @@ struct ExchangeGroupReleased {
 
 /// The master was absent for a time.
 struct MasterAway {
-  ecat_master::MasterAbsence absence;  ///< start, duration and effect
-  LostLimit limit;                     ///< longest absence that the axes bridge
+  motion::MasterAbsence absence;  ///< start, duration and effect
+  LostLimit limit;                ///< longest absence that the axes bridge
 };
 /// Absences of the master that were not reported individually.
 struct MasterAwayOften {
@@ -102,17 +102,17 @@ struct MasterAwayOften {
 };
 /// An axis has become unavailable, or has advanced one step in its recovery.
 struct AxisPresenceChanged {
-  std::string axis;                                                          ///< name of the axis
-  ecat_master::AxisPresence presence = ecat_master::AxisPresence::kMissing;  ///< present state
-  ecat_master::LossPolicy on_loss = ecat_master::LossPolicy::kStop;          ///< reaction of the other axes
+  std::string axis;                                                ///< name of the axis
+  motion::AxisPresence presence = motion::AxisPresence::kMissing;  ///< present state
+  motion::LossPolicy on_loss = motion::LossPolicy::kStop;          ///< reaction of the other axes
 };
 /// The axes were stopped.
 struct AxesStopped {
-  EventAxis axis;                      ///< axis that is the reason
-  ecat_master::MotionFailure failure;  ///< reason
-  LostLimit limit;                     ///< limit for absences of the master
+  EventAxis axis;                 ///< axis that is the reason
+  motion::MotionFailure failure;  ///< reason
+  LostLimit limit;                ///< limit for absences of the master
   /// Absence of the master just before that explains a fault of the axis; none: there was none.
-  std::optional<ecat_master::MasterAbsence> after{};
+  std::optional<motion::MasterAbsence> after{};
   std::string link{};  ///< fault of the link, if no process data were exchanged; empty: none
 };
 

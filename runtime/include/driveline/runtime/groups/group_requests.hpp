@@ -11,7 +11,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "driveline/ecat_master/group/axis_groups.hpp"
+#include "driveline/motion/group/axis_groups.hpp"
 #include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/config/axis_group_config.hpp"
 #include "driveline/runtime/event/event.hpp"
@@ -22,17 +22,17 @@ namespace driveline::runtime {
 
 /// Progress of a request to a group, or of a single move.
 struct GroupProgress {
-  ecat_master::GroupRequestReport report;  ///< phase and reason
-  std::optional<GroupRefusal> refusal{};   ///< reason with its facts; none: the request has not failed
+  motion::GroupRequestReport report;      ///< phase and reason
+  std::optional<GroupRefusal> refusal{};  ///< reason with its facts; none: the request has not failed
   /// The group has accepted the request: a move is planned, and may still wait for its turn, or be over.
   bool accepted = false;
 };
 
 /// State of a group, and its owner.
 struct GroupStatus {
-  MoveLimits limits;                                 ///< name, axes and limits
-  std::string owner;                                 ///< owner of all its axes; empty: none, or several
-  std::optional<ecat_master::GroupReport> report{};  ///< none: the line is not running
+  MoveLimits limits;                            ///< name, axes and limits
+  std::string owner;                            ///< owner of all its axes; empty: none, or several
+  std::optional<motion::GroupReport> report{};  ///< none: the line is not running
   /// Setpoint of each axis, rad or m, as requests count; empty: the line is not running.
   std::vector<double> setpoint{};
   /// Commanded position in each coordinate of its moves: of the tool, or of the axes without a machine. Empty: the line
@@ -63,14 +63,14 @@ class GroupRequests final : private GroupGuard {
 
   // Called by the line.
   /// Accepts requests from now on, until close(). Both must live until then. `outputs`: outputs of each group.
-  void open(ecat_master::AxisGroups& groups, ecat_master::SingleAxes& axes,
+  void open(motion::AxisGroups& groups, motion::SingleAxes& axes,
             std::vector<std::vector<GroupOutputLimits>> outputs = {});
   /// Ends the acceptance of requests: the line goes out of operation.
   void close();
   /// Returns the events since the last call, oldest first.
   [[nodiscard]] std::vector<EventFacts> take_events();
   /// Returns why a group is in GroupErrorStop.
-  [[nodiscard]] GroupRefusal refusal_of(const ecat_master::GroupReport& report) const;
+  [[nodiscard]] GroupRefusal refusal_of(const motion::GroupReport& report) const;
 
   // Called by clients.
   /// Returns the configuration of the groups, in the order of the line description.
@@ -126,7 +126,7 @@ class GroupRequests final : private GroupGuard {
   [[nodiscard]] Refused foreign(const AxisCaller& caller, std::size_t axis) const;
   [[nodiscard]] bool broken(std::size_t group, const AxisCaller& caller) const;
   [[nodiscard]] Refused moved_together(std::size_t group) const;
-  [[nodiscard]] GroupRefusal of_group(std::size_t group, const ecat_master::GroupRequestReport& report,
+  [[nodiscard]] GroupRefusal of_group(std::size_t group, const motion::GroupRequestReport& report,
                                       std::uint64_t request) const;
   [[nodiscard]] GroupProgress progress_of(std::size_t group, std::uint64_t request) const;
   [[nodiscard]] bool is_move(std::uint64_t request) const;
@@ -136,7 +136,7 @@ class GroupRequests final : private GroupGuard {
   [[nodiscard]] bool rests(std::size_t group) const;
   void find_place(std::size_t group);
   [[nodiscard]] MoveCheck begin_check(std::size_t group) const;
-  [[nodiscard]] static Refused check_move(MoveCheck& check, const ecat_master::GroupMove& move, bool goes_on);
+  [[nodiscard]] static Refused check_move(MoveCheck& check, const motion::GroupMove& move, bool goes_on);
   [[nodiscard]] Refused end_check(std::size_t group, const MoveCheck& check);
   void end_path(std::size_t group);
   void halt(std::size_t group);
@@ -145,8 +145,8 @@ class GroupRequests final : private GroupGuard {
   AxisRequests& axis_requests_;
   std::mutex moves_lock_;    ///< serialises callers with moves, which check them without lock_; locked before lock_
   mutable std::mutex lock_;  ///< never held while moves are checked or planned
-  ecat_master::AxisGroups* running_ = nullptr;
-  ecat_master::SingleAxes* single_ = nullptr;
+  motion::AxisGroups* running_ = nullptr;
+  motion::SingleAxes* single_ = nullptr;
   std::vector<std::unique_ptr<Group>> groups_;
   std::vector<std::vector<GroupOutputLimits>> outputs_;  ///< outputs of each group of a running line
   std::vector<Pending> pending_;

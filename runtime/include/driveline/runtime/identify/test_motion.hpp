@@ -1,6 +1,6 @@
 #pragma once
 
-#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/motion/axis/axis.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/trajectory/interpolator.hpp"
 
@@ -15,7 +15,6 @@ struct TestMotion {
 
 /// Returns the motion as a path of a single axis that starts at 0. Errors (kSetting): outside the limits of the axis,
 /// distance 0, or a duration of hours.
-[[nodiscard]] Result<trajectory::Interpolator> make_test_path(const TestMotion& motion,
-                                                              const ecat_master::AxisConfig& axis);
+[[nodiscard]] Result<trajectory::Interpolator> make_test_path(const TestMotion& motion, const motion::AxisConfig& axis);
 
 }  // namespace driveline::runtime

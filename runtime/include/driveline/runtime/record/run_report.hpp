@@ -109,7 +109,7 @@ struct RunReport {
   std::optional<rt::ThreadUsage> thread;
   std::chrono::nanoseconds wake_ahead{};  ///< time by which that thread woke before the grid time at the end
   /// The last cycles and the worst ones, oldest first; empty: Line::RunSettings::trace was not set.
-  std::vector<ecat_master::TracedCycle> trace;
+  std::vector<motion::TracedCycle> trace;
   std::string trace_without_switches;  ///< why no cycle of the trace lists thread switches; empty: they are listed
   /// The round trip was not measured: the line is simulated in this process, and the times come from its model.
   bool round_trip_modelled = false;

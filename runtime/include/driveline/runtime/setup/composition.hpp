@@ -8,9 +8,9 @@
 
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
-#include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/ecat_master/single_axis/single_axes.hpp"
+#include "driveline/motion/path/motion.hpp"
+#include "driveline/motion/single_axis/single_axes.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/slaves/line/simulated_line.hpp"
@@ -30,7 +30,7 @@ namespace driveline::runtime {
 
 /// Returns the cycles between a position setpoint of `axis` and the corresponding actual position, calculated from its
 /// drive, group and clock. Call after Master::configure().
-[[nodiscard]] double setpoint_delay(const LineConfig& config, const ecat_master::AxisConfig& axis,
+[[nodiscard]] double setpoint_delay(const LineConfig& config, const motion::AxisConfig& axis,
                                     const ecat_master::Master& master);
 
 /// Returns the age of the inputs of a slave when a frame fetches them: the time since the SYNC0 that latched them; 0
@@ -39,12 +39,12 @@ namespace driveline::runtime {
 
 /// Makes the axes of the motion, in the order of the description, each at the position of its slave on the line. The
 /// loss of a hot-connect axis does not stop the others. Call after Master::configure() with make_slave_plans().
-[[nodiscard]] std::vector<ecat_master::Axis> make_axes(const LineConfig& config, const ecat_master::Master& master);
+[[nodiscard]] std::vector<motion::Axis> make_axes(const LineConfig& config, const ecat_master::Master& master);
 
 /// Returns the settings of the motion: along the [path], else from the present positions.
-[[nodiscard]] ecat_master::Motion::Settings motion_settings(const LineConfig& config);
+[[nodiscard]] motion::Motion::Settings motion_settings(const LineConfig& config);
 /// Returns the settings of axes that are commanded individually.
-[[nodiscard]] ecat_master::SingleAxes::Settings single_axis_settings(const LineConfig& config);
+[[nodiscard]] motion::SingleAxes::Settings single_axis_settings(const LineConfig& config);
 
 /// Returns how process data are exchanged: period, time for the answers, room for acyclic frames. Without copies, tasks
 /// and flight recorder. Call after Master::configure().

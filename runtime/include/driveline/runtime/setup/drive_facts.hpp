@@ -55,7 +55,7 @@ struct ScaleDifference {
 /// the line description has another scale, which then takes precedence. Errors: the drive does not support the mode of
 /// the axis, counts positions in another direction than velocities, or counts both in another direction than torques
 /// that the axis uses, or reports an impossible scale.
-[[nodiscard]] Result<std::optional<ScaleDifference>> take_drive_facts(ecat_master::AxisConfig& axis,
+[[nodiscard]] Result<std::optional<ScaleDifference>> take_drive_facts(motion::AxisConfig& axis,
                                                                       const DriveFacts& facts);
 
 }  // namespace driveline::runtime

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "driveline/ecat_master/configuration/process_variables.hpp"
-#include "driveline/ecat_master/cyclic/cycle_task.hpp"
-#include "driveline/ecat_master/cyclic/driven_axes.hpp"
+#include "driveline/motion/cycle/cycle_task.hpp"
+#include "driveline/motion/path/driven_axes.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/error.hpp"
 
@@ -15,8 +15,8 @@ namespace driveline::runtime {
 
 /// An axis that a task drives.
 struct TaskAxis {
-  std::size_t number = 0;                    ///< index in TaskCycle::axes and in the line description
-  ecat_master::DrivenAxis* drive = nullptr;  ///< commands the axis; lives as long as the line runs
+  std::size_t number = 0;               ///< index in TaskCycle::axes and in the line description
+  motion::DrivenAxis* drive = nullptr;  ///< commands the axis; lives as long as the line runs
 };
 
 /// Input for the preparation of a task; the task may store the references.
@@ -27,7 +27,7 @@ struct TaskSetup {
 };
 
 /// A task of the application in the cycle of a Line.
-class Task : public ecat_master::CycleTask {
+class Task : public motion::CycleTask {
  public:
   /// Called when the line is configured and the cycle is about to start, on the thread that runs the line. An error
   /// ends the run before anything has moved.
@@ -40,15 +40,15 @@ class Task : public ecat_master::CycleTask {
 /// Settings of a task.
 struct TaskPlan {
   std::string name;                   ///< name in the report; unique on the line, not empty
-  ecat_master::TaskTiming timing{};   ///< cycles in which it runs, and when in the cycle
+  motion::TaskTiming timing{};        ///< cycles in which it runs, and when in the cycle
   std::vector<std::string> drives{};  ///< names of the axes that it commands instead of a path
 };
 
 /// Run times of a task, in the report of a run.
 struct TaskReport {
   std::string name;
-  ecat_master::TaskTiming timing;
-  ecat_master::TaskFigures figures;
+  motion::TaskTiming timing;
+  motion::TaskFigures figures;
 };
 
 }  // namespace driveline::runtime

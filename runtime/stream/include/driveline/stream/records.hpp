@@ -143,7 +143,7 @@ enum class MotionState : std::uint32_t {
 /// State of an axis of the client in one cycle.
 struct ClientAxisStatus {
   MotionState state = MotionState::kDisabled;  ///< state in this cycle
-  std::uint32_t error = 0;                     ///< error in ErrorStop: ecat_master::AxisError
+  std::uint32_t error = 0;                     ///< error in ErrorStop: motion::AxisError
   std::uint32_t following = 0;                 ///< 1: follows the stream
   std::uint32_t leased = 0;                    ///< 1: the client may command it; 0: another client has taken it over
   double setpoint = 0.0;                       ///< setpoint sent to the drive, rad or m

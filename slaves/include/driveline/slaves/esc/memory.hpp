@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "driveline/wire/endian.hpp"
+#include "driveline/bytes/endian.hpp"
 #include "driveline/wire/registers.hpp"
 
 namespace driveline::slaves {
@@ -38,12 +38,12 @@ class EscMemory {
   /// Returns the value of element `n` of a register. \rtsafe
   template <typename T>
   [[nodiscard]] T get(const wire::Register<T>& reg, unsigned n = 0) const noexcept {
-    return wire::load_le<T>(at(reg.at(n), sizeof(T)));
+    return bytes::load_le<T>(at(reg.at(n), sizeof(T)));
   }
   /// Sets element `n` of a register, bypassing the access rules. \rtsafe
   template <typename T>
   void set(const wire::Register<T>& reg, std::type_identity_t<T> value, unsigned n = 0) noexcept {
-    wire::store_le<T>(at(reg.at(n), sizeof(T)), value);
+    bytes::store_le<T>(at(reg.at(n), sizeof(T)), value);
   }
 
   /// Sets all registers and the process RAM to zero. \rtsafe

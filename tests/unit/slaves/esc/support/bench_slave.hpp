@@ -76,14 +76,14 @@ class BenchSlave : public ::testing::Test {
   }
   template <typename T>
   std::uint16_t write(const wire::Register<T>& r, std::type_identity_t<T> value, unsigned n = 0) {
-    const auto raw = wire::to_le_bytes(value);
+    const auto raw = bytes::to_le_bytes(value);
     return write(r.at(n), std::vector<std::byte>(raw.begin(), raw.end()));
   }
   template <typename T>
   T get(const wire::Register<T>& r, unsigned n = 0) {
     const auto answer = read(r.at(n), sizeof(T));
     EXPECT_EQ(answer.working_counter, 1);
-    return wire::load_le<T>(answer.data);
+    return bytes::load_le<T>(answer.data);
   }
 
   /// Advances the time; the slave continues to run.

@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
+#include "driveline/bytes/endian.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/slaves/device.hpp"
-#include "driveline/wire/endian.hpp"
 
 namespace driveline::slaves::test {
 
@@ -32,10 +32,10 @@ inline constexpr std::uint16_t kInputsAddress = 0x1800;
 inline std::vector<std::byte> test_image(std::uint16_t pdi_control = 0x0E05, std::uint16_t alias = 0) {
   std::vector<std::byte> image(128);
   for (std::size_t word = 0; word < image.size() / 2; ++word) {
-    wire::store_le(std::span(image).subspan(2 * word), static_cast<std::uint16_t>(word >= 8 ? 0x4000 + word : 0));
+    bytes::store_le(std::span(image).subspan(2 * word), static_cast<std::uint16_t>(word >= 8 ? 0x4000 + word : 0));
   }
-  wire::store_le(std::span(image), pdi_control);
-  wire::store_le(std::span(image).subspan(8), alias);
+  bytes::store_le(std::span(image), pdi_control);
+  bytes::store_le(std::span(image).subspan(8), alias);
   image[14] = static_cast<std::byte>(esi::sii_checksum(std::span(image).first<esi::SiiConfigArea::kSize>()));
   image[15] = std::byte{0};
   return image;

@@ -1,0 +1,134 @@
+// Movements that the drive of a single axis generates itself: change to their mode, and back to the cyclic mode.
+#include <algorithm>
+#include <cmath>
+
+#include "driveline/motion/single_axis/single_axis.hpp"
+
+namespace driveline::motion {
+namespace {
+
+/// Time until a new zero, or the end of a movement, also shows in the positions.
+constexpr std::chrono::milliseconds kDriveSettling{5};
+
+}  // namespace
+
+/// The caller has checked that the drive can change to the mode.
+void SingleAxis::start_by_drive(std::uint64_t id, AxisCommand command, cia402::Mode mode) noexcept {
+  return_mode_ = axis_->mode();
+  static_cast<void>(axis_->set_mode(mode));
+  drive_command_ = command;
+  drive_request_ = id;
+  table_->set(id, {RequestPhase::kActive, AxisError::kNone});
+  enter(ByDrive::kEntering);
+}
+
+void SingleAxis::enter(ByDrive phase) noexcept {
+  by_drive_ = phase;
+  drive_since_ = cycle_;
+}
+
+std::chrono::nanoseconds SingleAxis::time_since(std::int64_t cycle) const noexcept {
+  return (cycle_ - cycle) * settings_.period;
+}
+
+/// Stops the drive: clearing the start bit ends homing, halt ends any other movement; the drive brakes.
+void SingleAxis::interrupt_drive() noexcept {
+  if (by_drive_ == ByDrive::kNone) return;
+  finish(drive_request_, by_drive_ == ByDrive::kLeaving ? RequestPhase::kDone : RequestPhase::kAborted);
+  finish(drive_next_, RequestPhase::kAborted);
+  // A rotor that the field has taken over swings into its load angle, so it must come to rest first.
+  const bool by_field = axis_->inputs().mode == static_cast<std::int8_t>(cia402::Mode::kVelocity);
+  if (by_drive_ == ByDrive::kEntering && !by_field) return leave_drive_mode();
+  if (by_drive_ == ByDrive::kInterrupted || by_drive_ == ByDrive::kLeaving) return;
+  axis_->set_command_bits(homes() ? 0 : cia402::command_bit::kHalt);
+  still_since_ = cycle_;
+  still_place_ = axis_->inputs().position;
+  enter(ByDrive::kInterrupted);
+}
+
+void SingleAxis::advance_by_drive() noexcept {
+  if (drive_moves()) stay_at(axis_->inputs().position);
+  switch (by_drive_) {
+    case ByDrive::kNone:
+      break;
+    case ByDrive::kEntering:
+      if (axis_->mode_ready()) return homes() ? start_homing() : start_profile();
+      if (exceeded(drive_since_, settings_.mode_timeout)) {
+        finish(drive_request_, RequestPhase::kError, AxisError::kModeTimeout);
+        drop_waiting(AxisError::kModeTimeout);
+        leave_drive_mode();
+      }
+      break;
+    case ByDrive::kRunning:
+      return homes() ? judge_homing() : judge_profile();
+    case ByDrive::kAttained:
+      if (time_since(drive_since_) >= kDriveSettling && watch_.steady()) take_new_zero();
+      break;
+    case ByDrive::kInterrupted:
+      watch_interruption();
+      break;
+    case ByDrive::kLeaving:
+      if (axis_->mode_ready()) return end_by_drive();
+      if (exceeded(drive_since_, settings_.mode_timeout)) fail(AxisError::kModeTimeout);
+      break;
+  }
+}
+
+/// Whether the rotor still moves. In velocity mode a drive reports standstill when its field stands, but the rotor
+/// swings on, and setpoints could not hold it yet.
+bool SingleAxis::swings() noexcept {
+  if (drive_command_ != AxisCommand::kDriveRun) return false;
+  constexpr double kStopsIn = 1e-4;  // s; the remaining velocity can be stopped in this time within the limits
+  constexpr double kNoise = 4.0;     // increments
+  const auto& config = axis_->config();
+  const double slow = kStopsIn * config.limits.max_acceleration;
+  const double most =
+      std::max(slow * std::chrono::duration<double>(kDriveSettling).count(), kNoise / config.increments_per_unit);
+  const double position = axis_->inputs().position;
+  if (std::abs(position - still_place_) <= most) return false;
+  still_place_ = position;
+  return true;
+}
+
+/// Waits until the drive has reported standstill for a while: its first report may be older than the end of the
+/// movement.
+void SingleAxis::watch_interruption() noexcept {
+  const bool stands = (axis_->inputs().status_word & cia402::status_bit::kTargetReached) != 0;
+  if (swings() || !stands) still_since_ = cycle_;
+  if (time_since(still_since_) >= kDriveSettling) return leave_drive_mode();
+  if (exceeded(drive_since_, settings_.quick_stop_time))
+    fail(homes() ? AxisError::kHomingTimeout : AxisError::kTargetTimeout);
+}
+
+/// Returns the drive to setpoints, which start at the actual position. Halt is cleared only then: in its own mode the
+/// drive would continue its movement.
+void SingleAxis::leave_drive_mode() noexcept {
+  if (!axis_->set_mode(*return_mode_)) return fail(AxisError::kMode);
+  enter(ByDrive::kLeaving);
+}
+
+void SingleAxis::end_by_drive() noexcept {
+  by_drive_ = ByDrive::kNone;
+  axis_->set_command_bits(0);
+  axis_->profile().set_target(0.0);
+  return_mode_.reset();
+  if (state_ != PlcopenState::kStopping && !active_) state_ = PlcopenState::kStandstill;
+  finish(drive_request_, RequestPhase::kDone);
+  // A motion or a switch-off has waited for the drive.
+  if (active_) return replan();
+  if (power_ == Power::kResting && !plan_rest()) fail(AxisError::kNotFinite);
+  // This positioning was requested after the drive had reached the previous target.
+  if (waiting_count_ > 0 && positions_by_drive(waiting_[0].request.command)) begin_profile(take_waiting());
+}
+
+/// The drive has lost its power, or stops on its own; its mode is restored when it is off.
+void SingleAxis::drop_by_drive(AxisError error) noexcept {
+  if (by_drive_ == ByDrive::kNone) return;
+  finish(drive_request_, RequestPhase::kError, error);
+  finish(drive_next_, RequestPhase::kAborted, error);
+  axis_->set_command_bits(0);
+  axis_->profile().set_target(0.0);
+  by_drive_ = ByDrive::kNone;
+}
+
+}  // namespace driveline::motion

@@ -1,0 +1,48 @@
+// Homing of a single axis by its drive.
+#include "driveline/motion/single_axis/single_axis.hpp"
+
+namespace driveline::motion {
+
+void SingleAxis::take_home(std::uint64_t id) noexcept {
+  if (!axis_->supports(cia402::Mode::kHoming)) return finish(id, RequestPhase::kError, AxisError::kNoSuchMode);
+  if (!mode_may_change() || !axis_->can_change(cia402::Mode::kHoming))
+    return finish(id, RequestPhase::kError, AxisError::kMode);
+  state_ = PlcopenState::kHoming;
+  start_by_drive(id, AxisCommand::kHome, cia402::Mode::kHoming);
+}
+
+/// From here on the drive controls the motion.
+void SingleAxis::start_homing() noexcept {
+  handshake_.start(axis_->inputs().status_word);
+  axis_->set_command_bits(cia402::command_bit::kHomingStart);
+  homed_ = snapshot::AxisHomed::kNo;
+  enter(ByDrive::kRunning);
+}
+
+void SingleAxis::judge_homing() noexcept {
+  if (exchanged_) {
+    const auto state = handshake_.judge(axis_->inputs().status_word, time_since(drive_since_));
+    if (state == HomingHandshake::State::kFailed) return fail(AxisError::kHoming);
+    if (state == HomingHandshake::State::kAttained) return enter(ByDrive::kAttained);
+  }
+  if (exceeded(drive_since_, settings_.homing_timeout)) fail(AxisError::kHomingTimeout);
+}
+
+bool SingleAxis::homing_has_failed() noexcept {
+  return by_drive_ == ByDrive::kRunning && homes() &&
+         handshake_.judge(axis_->inputs().status_word, time_since(drive_since_)) == HomingHandshake::State::kFailed;
+}
+
+/// Takes over the new zero of the drive; earlier position names are invalid.
+void SingleAxis::take_new_zero() noexcept {
+  axis_->set_command_bits(0);
+  axis_->recount();
+  watch_.forget();
+  end_probe(RequestPhase::kAborted, AxisError::kNone);
+  offset_ = 0.0;
+  homed_ = snapshot::AxisHomed::kYes;
+  stay_at(axis_->inputs().position);
+  leave_drive_mode();
+}
+
+}  // namespace driveline::motion

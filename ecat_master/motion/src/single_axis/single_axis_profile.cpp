@@ -1,0 +1,138 @@
+// Movements of a single axis by the profile generator of its drive.
+#include <utility>
+
+#include "driveline/motion/single_axis/single_axis.hpp"
+
+namespace driveline::motion {
+
+AxisError SingleAxis::refusal_of_profile(const AxisRequest& request) const noexcept {
+  const auto mode = drive_mode(request.command);
+  const bool ramps = mode != cia402::Mode::kVelocity;  // those of velocity mode are set in the drive (6048h, 6049h)
+  const auto& objects = axis_->profile();
+  if (!axis_->supports(mode)) return AxisError::kNoSuchMode;
+  if (!mode_may_change() || !axis_->can_change(mode)) return AxisError::kMode;
+  // Values whose objects are not mapped are set in the drive, so a request must not contain them.
+  const bool given = (!(request.velocity_si > 0.0) || (ramps && objects.takes_velocity())) &&
+                     (!(request.acceleration_si > 0.0) || (ramps && objects.takes_acceleration())) &&
+                     (!(request.deceleration_si > 0.0) || (ramps && objects.takes_deceleration())) &&
+                     !(request.jerk_si > 0.0);
+  if (!given) return AxisError::kMode;
+  if (mode == cia402::Mode::kVelocity && !objects.holds_target(request.target_si)) return AxisError::kVelocityCount;
+  if (runs_by_drive(request.command)) return AxisError::kNone;
+  // The drive stops at each target ("the velocity is set to 0", MSD manual 12.2.1).
+  if (blends(request.buffer)) return AxisError::kMode;
+  const double target = drive_target_of(request);
+  if (!in_range(target)) return AxisError::kOutsideRange;
+  return axis_->holds_target(target) ? AxisError::kNone : AxisError::kTooFar;
+}
+
+/// Target in drive positions. A distance starts at the present setpoint, or at the last target if positionings are
+/// waiting.
+double SingleAxis::drive_target_of(const AxisRequest& request) const noexcept {
+  if (request.command == AxisCommand::kDriveMoveAbsolute) return request.target_si - offset_;
+  if (!waits_for_drive(request)) return setpoint_.position + request.target_si;
+  return (waiting_count_ > 0 ? waiting_[waiting_count_ - 1].target : drive_target_.position) + request.target_si;
+}
+
+/// Whether the request waits for a positioning under way, including one whose end the drive has just reached.
+bool SingleAxis::waits_for_drive(const AxisRequest& request) const noexcept {
+  const bool positions = by_drive_ != ByDrive::kNone && by_drive_ != ByDrive::kInterrupted && !homes() &&
+                         positions_by_drive(drive_command_) && !active_ && power_ == Power::kOn;
+  return positions && request.buffer == BufferMode::kBuffered && positions_by_drive(request.command);
+}
+
+void SingleAxis::take_profile(std::uint64_t id, const AxisRequest& request) noexcept {
+  const Move move{id, request, drive_target_of(request)};
+  if (waits_for_drive(request)) return static_cast<void>(keep_waiting(move));
+  drop_waiting(AxisError::kNone);
+  begin_profile(move);
+}
+
+void SingleAxis::begin_profile(const Move& move) noexcept {
+  const auto command = move.request.command;
+  state_ = runs_by_drive(command) ? PlcopenState::kContinuousMotion : PlcopenState::kDiscreteMotion;
+  give_to_drive(move);
+  if (by_drive_ == ByDrive::kNone) {
+    profile_ = {};
+    return start_by_drive(move.id, command, drive_mode(command));
+  }
+  finish(drive_request_, RequestPhase::kAborted);
+  finish(drive_next_, RequestPhase::kAborted);
+  drive_request_ = move.id;
+  drive_command_ = command;
+  table_->set(move.id, {RequestPhase::kActive, AxisError::kNone});
+  start_profile();
+}
+
+/// Sets the process data of the movement.
+void SingleAxis::give_to_drive(const Move& move) noexcept {
+  const auto& request = move.request;
+  const bool velocity = runs_by_drive(request.command);
+  drive_target_ = {velocity ? setpoint_.position : move.target, velocity ? request.target_si : 0.0, 0.0};
+  const auto& limits = axis_->config().limits;
+  const double faster = request.acceleration_si > 0.0 ? request.acceleration_si : limits.max_acceleration;
+  axis_->profile().set(velocity_of(request), faster, request.deceleration_si > 0.0 ? request.deceleration_si : faster);
+  given_since_ = cycle_;
+}
+
+/// Sends the next target while the drive still moves: "Terminate actual positioning and start next positioning" (MSD
+/// manual Table 12.4, bit 5 = 0).
+void SingleAxis::give_next_to_drive() noexcept {
+  const auto next = take_waiting();
+  give_to_drive(next);
+  drive_next_ = next.id;
+  profile_.start_position(ProfileHandshake::Change::kBehind);
+}
+
+void SingleAxis::begin_next_in_drive() noexcept {
+  finish(drive_request_, RequestPhase::kDone);
+  drive_request_ = std::exchange(drive_next_, 0);
+  table_->set(drive_request_, {RequestPhase::kActive, AxisError::kNone});
+  given_since_ = cycle_;
+  enter(ByDrive::kRunning);
+}
+
+void SingleAxis::start_profile() noexcept {
+  const auto status_word = axis_->inputs().status_word;
+  if (drive_command_ == AxisCommand::kDriveRun) {
+    // Only once the drive is in the mode: without its ramp bits it would run at once.
+    axis_->profile().set_target(drive_target_.velocity);
+    profile_.start_velocity(status_word, cia402::command_bit::kFollowRamp);
+  } else if (drive_command_ == AxisCommand::kDriveMoveVelocity) {
+    profile_.start_velocity(status_word);
+  } else {
+    profile_.start_position(ProfileHandshake::Change::kAtOnce);
+  }
+  given_since_ = cycle_;
+  axis_->set_command_bits(profile_.command_bits());
+  enter(ByDrive::kRunning);
+}
+
+void SingleAxis::judge_profile() noexcept {
+  const auto& inputs = axis_->inputs();
+  const bool velocity = runs_by_drive(drive_command_);
+  if (velocity && leaves_range({inputs.position, inputs.velocity, 0.0})) {
+    finish(drive_request_, RequestPhase::kError, AxisError::kOutsideRange);
+    return interrupt_drive();
+  }
+  if (!velocity && exceeded(drive_since_, settings_.target_timeout)) return fail(AxisError::kTargetTimeout);
+  if (!exchanged_) return;
+  switch (profile_.judge(inputs.status_word, time_since(given_since_))) {
+    case ProfileHandshake::State::kRunning:
+      break;
+    case ProfileHandshake::State::kNext:
+      begin_next_in_drive();
+      break;
+    case ProfileHandshake::State::kNotTaken:
+      return fail(AxisError::kNoTarget);
+    case ProfileHandshake::State::kReached:
+      if (velocity) return table_->set(drive_request_, {RequestPhase::kReached, AxisError::kNone});
+      if (waiting_count_ > 0) break;
+      axis_->set_command_bits(0);
+      return leave_drive_mode();
+  }
+  if (waiting_count_ > 0 && profile_.under_way()) give_next_to_drive();
+  axis_->set_command_bits(profile_.command_bits());
+}
+
+}  // namespace driveline::motion
