@@ -157,11 +157,19 @@ void DriveCore::publish() noexcept {
                                                             monitor_.following_error() || stopped_by_it}));
   dictionary_.set(kValue.nmt_state, static_cast<std::uint8_t>(starting() ? NetworkState::kBootUp : network_state_));
   dictionary_.set(kValue.mode_display, static_cast<std::int8_t>(control_.mode()));
-  actual_values_.publish(motion_, dictionary_);
-  msd::publish(probe_, dictionary_);
-  msd::publish(terminals_, dictionary_);
+  const ValueGroups now = all_read_ ? ValueGroups::all() : sent_;
+  waiting_ = ValueGroups::all().without(now);
+  publish_groups(now);
   protection_.publish();
   display_.follow(shown_state(), running_time());
+}
+
+/// The values depend on motion, probe and terminals only, which change in advance() and by the machine: that completes
+/// the publication first. New setpoints change none of these values before the next control cycle.
+void DriveCore::publish_groups(ValueGroups groups) const noexcept {
+  actual_values_.publish(groups, motion_, dictionary_);
+  if (groups.has(ValueGroup::kTouchProbe)) msd::publish(probe_, dictionary_);
+  if (groups.has(ValueGroup::kTerminals)) msd::publish(terminals_, dictionary_);
 }
 
 /// Without DC link voltage the display shows "not ready" (MSD manual 4.7), although the state machine may have advanced

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "driveline/slaves/msd/core/actual_values.hpp"
 #include "driveline/slaves/msd/core/control_clock.hpp"
@@ -78,10 +79,38 @@ class DriveCore final : private MachineEvents {
   [[nodiscard]] bool power_stage_on() const noexcept;
   /// Whether the motor is under control. \rtsafe
   [[nodiscard]] bool power_on() const noexcept { return control_.power().power_on(); }
-  /// Returns the current values. \rtsafe
-  [[nodiscard]] ObjectDictionary& dictionary() noexcept { return dictionary_; }
-  /// Returns the current values, read only. \rtsafe
-  [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
+  /// Returns the values of the drive. From the first call on, advance() publishes all actual values, since the caller
+  /// may keep the reference. \rtsafe
+  [[nodiscard]] ObjectDictionary& dictionary() noexcept {
+    publish_all_from_now();
+    return dictionary_;
+  }
+  /// Returns the values of the drive, read only; otherwise like the above. \rtsafe
+  [[nodiscard]] const ObjectDictionary& dictionary() const noexcept {
+    publish_all_from_now();
+    return dictionary_;
+  }
+  /// Returns the values of the drive with all actual values as of the end of the last advance(). They are complete
+  /// until the next one. \rtsafe
+  [[nodiscard]] const ObjectDictionary& complete_values() const noexcept {
+    complete_publication();
+    return dictionary_;
+  }
+  /// Returns the values of the drive; of the actual values only the groups of send() are those of the last advance().
+  /// \rtsafe
+  [[nodiscard]] ObjectDictionary& process_values() noexcept { return dictionary_; }
+  /// Returns the same, read only. \rtsafe
+  [[nodiscard]] const ObjectDictionary& process_values() const noexcept { return dictionary_; }
+  /// Selects the actual values that every advance() publishes, because the bus sends them in its cycle: the others wait
+  /// until somebody reads them. Initially: all. \rtsafe
+  void send(ValueGroups groups) noexcept {
+    complete_publication();
+    sent_ = groups.with(ValueGroup::kPosition);
+  }
+  /// Publishes the actual values that wait; to be called before the bus reads others than those of send(). \rtsafe
+  void complete_publication() const noexcept {
+    if (!waiting_.empty()) publish_groups(std::exchange(waiting_, ValueGroups()));
+  }
   /// @}
 
   /// \name The machine around the drive
@@ -176,6 +205,11 @@ class DriveCore final : private MachineEvents {
   void monitor() noexcept;
   void monitor_protection() noexcept;
   void publish() noexcept;
+  void publish_groups(ValueGroups groups) const noexcept;
+  void publish_all_from_now() const noexcept {
+    all_read_ = true;
+    complete_publication();
+  }
   void finish_saving() noexcept;
   [[nodiscard]] bool starting() const noexcept { return start_left_.count() > 0; }
   [[nodiscard]] std::int32_t shown_position(std::int64_t increments) const noexcept;
@@ -188,7 +222,7 @@ class DriveCore final : private MachineEvents {
   [[nodiscard]] DisplayContent display_content() const noexcept;
 
   DriveBus* bus_;
-  ObjectDictionary dictionary_;
+  mutable ObjectDictionary dictionary_;  ///< const functions complete its actual values
   DriveMotion motion_;
   ParameterStore store_;
   Terminals terminals_;
@@ -200,6 +234,9 @@ class DriveCore final : private MachineEvents {
   ScriptedMachine machine_;
   DriveSignals signals_{*this};
   ActualValues actual_values_;
+  ValueGroups sent_ = ValueGroups::all();  ///< actual values that the bus sends in its cycle
+  mutable ValueGroups waiting_;            ///< actual values that are not in the dictionary yet
+  mutable bool all_read_ = false;          ///< all of them may be read at any time
   Display display_;
   ControlClock clock_;
   std::bitset<static_cast<std::size_t>(Fault::kCount)> causes_;
