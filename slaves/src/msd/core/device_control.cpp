@@ -78,6 +78,13 @@ bool DeviceControl::step_state(bool dc_link, nanoseconds now) noexcept {
   return power_.power_on() && !was_on;
 }
 
+bool DeviceControl::steady(bool dc_link, nanoseconds now) const noexcept {
+  ModeControl::Conditions modes;
+  find_mode_conditions(now, modes);
+  return power_.steady(power_command(modes.control_word)) && power_ready(dc_link) && brake_.rests(now) &&
+         modes_.steady(modes, *motion_);
+}
+
 /// Fills the conditions in place: to pack so small a struct into registers costs more than to find its values.
 void DeviceControl::find_mode_conditions(nanoseconds now, ModeControl::Conditions& conditions) const noexcept {
   conditions.control_word = control_word(*dictionary_);

@@ -15,6 +15,7 @@ void DriveCore::set_input(Input input, bool level) noexcept {
 void DriveCore::terminal_changed(Input input, bool level, double position_rad) noexcept {
   if (terminals_.level(input) == level) return;
   complete_publication();
+  disturb();
   const InputSignals before = terminals_.signals();
   terminals_.set(input, level);
   const InputSignals& now = terminals_.signals();
@@ -28,6 +29,7 @@ void DriveCore::terminal_changed(Input input, bool level, double position_rad) n
 void DriveCore::set_machine_input(MachineInput input, double value) noexcept {
   const bool on = value >= 0.5;
   complete_publication();
+  disturb();
   switch (input) {
     case MachineInput::kDcLink:
       return set_dc_link_voltage(value);

@@ -36,6 +36,11 @@ class DeviceControl {
   void order(std::chrono::nanoseconds now) noexcept;
   /// @}
 
+  /// Whether such a cycle would change nothing but what watch_target() finds, until the control word, the mode, a
+  /// setting, an input, the DC link or a fault changes: a cyclic mode follows its setpoints, the brake is open. \rtsafe
+  [[nodiscard]] bool steady(bool dc_link, std::chrono::nanoseconds now) const noexcept;
+  /// Finds whether the target is reached: the end of order(). \rtsafe
+  void watch_target() noexcept { modes_.update_reached(*motion_); }
   /// Runs one control cycle of the homing mode; returns true when homing has failed in it. \rtsafe
   [[nodiscard]] bool step_homing(std::chrono::nanoseconds time_out) noexcept;
   /// Called when the brake's output may have changed. \rtsafe

@@ -83,6 +83,7 @@ class DriveCore final : private MachineEvents {
   /// may keep the reference. \rtsafe
   [[nodiscard]] ObjectDictionary& dictionary() noexcept {
     publish_all_from_now();
+    disturb();
     return dictionary_;
   }
   /// Returns the values of the drive, read only; otherwise like the above. \rtsafe
@@ -135,7 +136,10 @@ class DriveCore final : private MachineEvents {
   /// Switches the mains: DC link voltage of MsdParameters, or 0 V. \rtsafe
   void set_dc_link(bool present) noexcept { set_dc_link_voltage(present ? mains_volts_ : 0.0); }
   /// Forces the DC link voltage in V; below P 701[12]: undervoltage. Negative values and NaN count as 0. \rtsafe
-  void set_dc_link_voltage(double volts) noexcept { protection_.force_voltage(volts); }
+  void set_dc_link_voltage(double volts) noexcept {
+    disturb();
+    protection_.force_voltage(volts);
+  }
   /// Schedules a change of an input at this time of the line's clock, also between control cycles: touch probes latch
   /// the position of the axis at that time. Changes take effect in order of time; returns false when too many changes
   /// wait. \rtsafe
@@ -184,6 +188,8 @@ class DriveCore final : private MachineEvents {
   /// Returns the duration of all control cycles since the first one. \rtsafe
   [[nodiscard]] std::chrono::nanoseconds running_time() const noexcept { return clock_.running_time(); }
   [[nodiscard]] std::uint32_t warnings() const noexcept { return protection_.warnings(); }  ///< P 34
+  /// Whether the next control cycle only moves and watches the axis, because the rest could change nothing. \rtsafe
+  [[nodiscard]] bool quiet() const noexcept { return quiet_; }
   /// Returns the error in the parameter file that caused fault 02 05, if any.
   [[nodiscard]] const ParameterFileError& parameter_file_error() const noexcept { return store_.error(); }
   /// Returns the name in MsdParameters; P 3 may have changed. \rtsafe
@@ -198,7 +204,21 @@ class DriveCore final : private MachineEvents {
   void machine_input_changed(MachineInput input, double value) noexcept override { set_machine_input(input, value); }
 
   void apply_settings() noexcept;
+  /// Commands that process data can change without a call of written().
+  struct Commands {
+    std::uint16_t control_word = 0;
+    std::int8_t mode = 0;
+    std::uint16_t touch_probe = 0;
+    std::uint32_t outputs = 0;
+    friend bool operator==(const Commands&, const Commands&) = default;
+  };
+
   void step() noexcept;
+  void order_axis(bool process_data) noexcept;
+  void move_axis() noexcept;
+  [[nodiscard]] Commands commands() const noexcept;
+  [[nodiscard]] bool nothing_can_change() const noexcept;
+  void disturb() noexcept { quiet_ = false; }
   void step_control() noexcept;
   void step_outputs() noexcept;
   void control_touch_probe() noexcept;
@@ -246,6 +266,9 @@ class DriveCore final : private MachineEvents {
   double mains_volts_;
   std::uint16_t last_control_word_ = 0;
   NetworkState network_state_ = NetworkState::kInitialising;
+  Commands quiet_commands_;    ///< when `quiet_` was set
+  bool quiet_ = false;         ///< nothing but the axis moves, see quiet()
+  bool brake_closed_ = false;  ///< the brake holds the shaft in this control cycle
   bool settings_changed_ = true;
   bool initialise_control_ = true;  ///< the next apply_settings() applies the units of the factor group
 };
