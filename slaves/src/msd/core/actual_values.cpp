@@ -71,11 +71,21 @@ void ActualValues::publish(ValueGroups groups, const DriveMotion& motion, Object
   if (groups.has(ValueGroup::kVelocity)) {
     dictionary.set(kValue.velocity_actual, saturate<std::int32_t>(motion.velocity()));
   }
-  if (groups.has(ValueGroup::kVelocityDemand)) {
-    dictionary.set(kValue.velocity_demand, saturate<std::int32_t>(motion.velocity_demand()));
-  }
   if (groups.has(ValueGroup::kTorque)) {
     dictionary.set(kValue.torque_actual, saturate<std::int16_t>(motion.torque_permille()));
+  }
+  constexpr auto kUsual = ValueGroups(ValueGroup::kPosition)
+                              .with(ValueGroup::kPositionDemand)
+                              .with(ValueGroup::kVelocity)
+                              .with(ValueGroup::kTorque);
+  if (!groups.without(kUsual).empty()) publish_unusual(groups, motion, dictionary);
+}
+
+/// Publishes the groups that a bus seldom sends.
+void ActualValues::publish_unusual(ValueGroups groups, const DriveMotion& motion,
+                                   ObjectDictionary& dictionary) const noexcept {
+  if (groups.has(ValueGroup::kVelocityDemand)) {
+    dictionary.set(kValue.velocity_demand, saturate<std::int32_t>(motion.velocity_demand()));
   }
   if (groups.has(ValueGroup::kCurrent)) {
     // Sign of the torque, amplitude of both currents: with saturated iron or d current it exceeds that of the torque.

@@ -190,15 +190,23 @@ std::uint16_t DriveCore::status() const noexcept {
 }
 
 void DriveCore::publish() noexcept {
+  if (!states_shown_) publish_states();
   const bool stopped_by_it = state() >= PowerState::kFaultReactionActive && fault() == Fault::kFollowingError;
-  dictionary_.set(kValue.status_word, control_.status_word({protection_.dc_link_present(), protection_.warnings() != 0,
-                                                            monitor_.following_error() || stopped_by_it}));
-  dictionary_.set(kValue.nmt_state, static_cast<std::uint8_t>(starting() ? NetworkState::kBootUp : network_state_));
-  dictionary_.set(kValue.mode_display, static_cast<std::int8_t>(control_.mode()));
+  const unsigned moving =
+      control_.motion_bits({protection_.warnings() != 0, monitor_.following_error() || stopped_by_it});
+  dictionary_.set(kValue.status_word, static_cast<std::uint16_t>(state_bits_ | moving));
   const ValueGroups now = all_read_ ? ValueGroups::all() : sent_;
   waiting_ = ValueGroups::all().without(now);
   publish_groups(now);
   protection_.publish();
+}
+
+/// Publishes what remains while the drive is quiet. The state of the network is published when it changes, too.
+void DriveCore::publish_states() noexcept {
+  states_shown_ = quiet_;
+  state_bits_ = control_.state_bits(protection_.dc_link_present());
+  dictionary_.set(kValue.nmt_state, static_cast<std::uint8_t>(starting() ? NetworkState::kBootUp : network_state_));
+  dictionary_.set(kValue.mode_display, static_cast<std::int8_t>(control_.mode()));
   display_.follow(shown_state(), running_time());
 }
 

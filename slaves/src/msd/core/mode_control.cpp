@@ -319,6 +319,9 @@ void ModeControl::update_reached(const DriveMotion& motion) noexcept {
                                : std::uint16_t{0};
   reached_ = in_window_ && window_time_ >= milliseconds(time);
 
+  // The rest is shown in profile velocity (3) only. It starts anew when a mode is entered or left, so an entered mode
+  // that does not show it need not find it.
+  if (entered_ != OperationMode::kNone && entered_ != OperationMode::kProfileVelocity) return;
   const bool slow = std::abs(motion.velocity()) <= dictionary_->get(kValue.velocity_threshold);
   speed_time_ = slow ? speed_time_ + kProcessDataPeriod : std::chrono::nanoseconds{0};
   speed_zero_ = slow && speed_time_ >= milliseconds(dictionary_->get(kValue.velocity_threshold_time));

@@ -75,6 +75,8 @@ class ActualValues {
   [[nodiscard]] bool position_held() const noexcept { return position_held_; }
 
  private:
+  void publish_unusual(ValueGroups groups, const DriveMotion& motion, ObjectDictionary& dictionary) const noexcept;
+
   std::int64_t position_error_ = 0;
   bool position_held_ = false;
 };

@@ -218,13 +218,14 @@ class DriveCore final : private MachineEvents {
   void move_axis() noexcept;
   [[nodiscard]] Commands commands() const noexcept;
   [[nodiscard]] bool nothing_can_change() const noexcept;
-  void disturb() noexcept { quiet_ = false; }
+  void disturb() noexcept { quiet_ = states_shown_ = false; }
   void step_control() noexcept;
   void step_outputs() noexcept;
   void control_touch_probe() noexcept;
   void monitor() noexcept;
   void monitor_protection() noexcept;
   void publish() noexcept;
+  void publish_states() noexcept;
   void publish_groups(ValueGroups groups) const noexcept;
   void publish_all_from_now() const noexcept {
     all_read_ = true;
@@ -266,9 +267,11 @@ class DriveCore final : private MachineEvents {
   double mains_volts_;
   std::uint16_t last_control_word_ = 0;
   NetworkState network_state_ = NetworkState::kInitialising;
-  Commands quiet_commands_;    ///< when `quiet_` was set
-  bool quiet_ = false;         ///< nothing but the axis moves, see quiet()
-  bool brake_closed_ = false;  ///< the brake holds the shaft in this control cycle
+  Commands quiet_commands_;       ///< when `quiet_` was set
+  bool quiet_ = false;            ///< nothing but the axis moves, see quiet()
+  bool states_shown_ = false;     ///< the last publish_states() is valid, because the drive has been quiet since
+  std::uint16_t state_bits_ = 0;  ///< of the status word
+  bool brake_closed_ = false;     ///< the brake holds the shaft in this control cycle
   bool settings_changed_ = true;
   bool initialise_control_ = true;  ///< the next apply_settings() applies the units of the factor group
 };
