@@ -27,28 +27,40 @@ constexpr double kAimOverFloor = 3.0;  ///< medians, a drive over controllers an
 constexpr double kHundredDrivesAimUs = 60.0;
 constexpr double kStateAimKib = 64.0;
 
-/// Controllers and motor of a drive without anything around them: the floor.
-class PlantAlone {
+/// Controllers and motors of as many drives, without anything around them: the floor. Each has its own memory, as the
+/// drives have.
+class PlantsAlone {
  public:
-  /// ns per 125 us, averaged over a batch: two control steps each.
-  double measure() {
+  explicit PlantsAlone(std::size_t count) : plants_(count) {}
+
+  /// Executes so many cycles of 125 us; returns the ns per cycle and plant.
+  double measure(std::size_t cycles) {
     const double begin = now_ns();
-    for (int step = 0; step < 2 * kBatch; ++step) {
-      position_rad_ += 1e-4;
-      controller_.measure(motor_.position_rad());
-      motor_.step(controller_.step({slaves::ControllerSetpoint::Loop::kPosition, position_rad_, 1.6, 0.0}));
-      keep(motor_);
+    for (std::size_t cycle = 0; cycle < cycles; ++cycle) {
+      for (Plant& plant : plants_) {
+        for (int step = 0; step < kStepsPerCycle; ++step) plant.step();
+      }
     }
-    return (now_ns() - begin - reading_cost_ns()) / kBatch;
+    return (now_ns() - begin - reading_cost_ns()) / static_cast<double>(cycles * plants_.size());
   }
 
  private:
-  slaves::ServoMotor motor_{{}, slaves::msd::kControlStepS, 0.0};
-  slaves::ServoController controller_{{}, slaves::msd::kControlStepS};
-  double position_rad_ = 0.0;
+  static constexpr int kStepsPerCycle = 2;
+  struct Plant {
+    void step() {
+      position_rad += 1e-4;
+      controller.measure(motor.position_rad());
+      motor.step(controller.step({slaves::ControllerSetpoint::Loop::kPosition, position_rad, 1.6, 0.0}));
+      keep(motor);
+    }
+    slaves::ServoMotor motor{{}, slaves::msd::kControlStepS, 0.0};
+    slaves::ServoController controller{{}, slaves::msd::kControlStepS};
+    double position_rad = 0.0;
+  };
+  std::vector<Plant> plants_;
 };
 
-/// A drive and the floor, in ns per 125 us.
+/// Drives and the floor, in ns per drive and 125 us.
 struct Turns {
   TurnSamples drive;
   TurnSamples floor;
@@ -63,7 +75,7 @@ struct Turns {
 /// more than the resolution of the clock.
 Turns by_turns(std::size_t drives, int cycles, std::size_t batch) {
   DriveCycles line(drives, cycles);
-  PlantAlone plant;
+  PlantsAlone plants(drives);
   Turns turns;
   std::vector<double> of_drive;
   std::vector<double> of_floor;
@@ -74,7 +86,7 @@ Turns by_turns(std::size_t drives, int cycles, std::size_t batch) {
     const double begin = now_ns();
     line.execute();
     of_drive.push_back((now_ns() - begin - reading_cost_ns()) / static_cast<double>(batch * drives));
-    of_floor.push_back(plant.measure());
+    of_floor.push_back(plants.measure(batch));
     line.read_inputs();
     if (of_drive.size() < kSamplesPerTurn) continue;
     turns.drive.add_turn(std::exchange(of_drive, {}));

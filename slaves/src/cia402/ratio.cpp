@@ -69,7 +69,7 @@ std::int64_t PositionRangeLimit::destination(std::int64_t position, std::int32_t
     case Direction::kNegative:
       return up == 0 ? position : position + up - size_;
     case Direction::kShortest:
-      return position + (up <= size_ - up ? up : up - size_);
+      return nearest(position, target);
     case Direction::kLinear:
       break;
   }

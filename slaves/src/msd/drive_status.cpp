@@ -79,7 +79,7 @@ void show_firmware(const FirmwareVersion& version, DeviceStatus& out) noexcept {
 
 void show_actual_values(const DriveCore& core, DeviceStatus& out) noexcept {
   constexpr auto kActual = DeviceStatus::Kind::kActual;
-  const auto& values = core.dictionary();
+  const auto& values = core.complete_values();
   out.add(kActual, "position", values.get(kValue.position_actual), "increments");
   out.add(kActual, "following error", values.get(kValue.following_error), "increments");
   out.add(kActual, "speed", core.velocity_rad_s() / kRpm, "rpm");
@@ -108,7 +108,7 @@ void show_parameters(const ObjectDictionary& values, DeviceStatus& out) noexcept
 void MsdDrive::show(DeviceStatus& out) const noexcept {
   out = {};
   const VariantFacts& drive = facts(core_.variant());
-  const auto& values = core_.dictionary();
+  const auto& values = core_.complete_values();
   out.maker = "Moog";
   out.type = drive.device_name;
   out.name = core_.name();

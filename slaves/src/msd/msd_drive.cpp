@@ -74,7 +74,7 @@ DeviceProfile make_profile(const MsdParameters& parameters) {
 MsdDrive::MsdDrive(const MsdParameters& parameters)
     : core_(parameters, dictionary_table(parameters.variant), *this),
       profile_(make_profile(parameters)),
-      coe_(core_.dictionary(), *this, {.fill_sign = true}),  // MSD manual Table 8.3
+      coe_(core_.process_values(), *this, {.fill_sign = true}),  // MSD manual Table 8.3
       files_(core_, parameters.file_password, parameters.flash_time),
       foe_(files_),
       eoe_(std::make_unique<EoeServer>(factory_address(parameters.serial_number))),
@@ -104,6 +104,12 @@ void MsdDrive::mailbox_request(std::span<const std::byte> mailbox) {
   mailbox_.request(mailbox);
 }
 
+/// A waiting request may read any object.
+std::size_t MsdDrive::mailbox_reply(std::span<std::byte> out) {
+  if (mailbox_.waiting()) core_.complete_publication();
+  return mailbox_.reply(out, al_state_);
+}
+
 bool MsdDrive::connect_network(EthernetLink* network) {
   eoe_->connect(network);
   return true;
@@ -112,7 +118,7 @@ bool MsdDrive::connect_network(EthernetLink* network) {
 /// BOOT to INIT restarts the device (MSD manual 9.2, transition BI).
 AlStatusCode MsdDrive::transition(AlState from, AlState to) noexcept {
   if (from == AlState::kBootstrap) restart();
-  if (to == AlState::kOp && !timing_valid(core_.dictionary())) {
+  if (to == AlState::kOp && !timing_valid(core_.process_values())) {
     core_.raise(Fault::kInvalidConfiguration);
     return AlStatusCode::kInconsistentSettings;
   }
@@ -121,7 +127,7 @@ AlStatusCode MsdDrive::transition(AlState from, AlState to) noexcept {
     return AlStatusCode::kDcInvalidSyncCycleTime;
   }
   enter_al_state(to);
-  if (to == AlState::kOp) core_.dictionary().set(kBusValue.sync_error, false);
+  if (to == AlState::kOp) core_.process_values().set(kBusValue.sync_error, false);
   if (from == AlState::kOp) outputs_ended();
   return AlStatusCode::kNoError;
 }
@@ -134,7 +140,7 @@ void MsdDrive::outputs_ended() noexcept {
 void MsdDrive::fall_back(AlState from, AlState to, AlStatusCode reason) noexcept {
   enter_al_state(to);
   if (from != AlState::kOp) return;
-  core_.dictionary().set(kBusValue.sync_error, is_sync_error(reason));
+  core_.process_values().set(kBusValue.sync_error, is_sync_error(reason));
   if (is_request_error(reason)) return outputs_ended();
   core_.raise(reason == AlStatusCode::kSyncManagerWatchdog ? Fault::kBusWatchdog : Fault::kLocalError);
 }
@@ -155,16 +161,16 @@ void MsdDrive::eeprom_loaded(std::span<const std::byte> image, bool valid) noexc
 /// in each setpoint cycle; 0, its default, accepts either. With SYNC0 outputs are due in each setpoint cycle, too.
 SyncDemand MsdDrive::sync_demand() const noexcept {
   SyncDemand demand;
-  const auto type = static_cast<SyncType>(core_.dictionary().get(kBusValue.sync_type_outputs));
+  const auto type = static_cast<SyncType>(core_.process_values().get(kBusValue.sync_type_outputs));
   if (type != SyncType::kFreeRun) demand.type = type;
-  if (type == SyncType::kSmEvent) demand.cycle = reference_cycle(core_.dictionary());
-  const auto input_type = static_cast<SyncType>(core_.dictionary().get(kBusValue.sync_type_inputs));
+  if (type == SyncType::kSmEvent) demand.cycle = reference_cycle(core_.process_values());
+  const auto input_type = static_cast<SyncType>(core_.process_values().get(kBusValue.sync_type_inputs));
   if (input_type != SyncType::kFreeRun) demand.input_type = input_type;
   demand.outputs = rx_map_.size() > 0;
-  demand.outputs_cycle = reference_cycle(core_.dictionary());
+  demand.outputs_cycle = reference_cycle(core_.process_values());
   demand.calc_and_copy = kCalcAndCopyTime;
   demand.time_base = demand.min_cycle = kProcessDataPeriod;
-  demand.error_limit = core_.dictionary().get(kBusValue.sync_error_limit);
+  demand.error_limit = core_.process_values().get(kBusValue.sync_error_limit);
   return demand;
 }
 
@@ -172,7 +178,7 @@ SyncDemand MsdDrive::sync_demand() const noexcept {
 /// 5.13, StartInputHandler).
 void MsdDrive::sync_started(nanoseconds sync0_cycle) noexcept {
   const auto cycle = sync0_cycle.count() > 0 ? sync0_cycle : kProcessDataPeriod;
-  core_.dictionary().set(kBusValue.sync_cycle, static_cast<std::uint32_t>(cycle.count()));
+  core_.process_values().set(kBusValue.sync_cycle, static_cast<std::uint32_t>(cycle.count()));
 }
 
 /// The control cycles end half a cycle after SYNC0, so that their order is always the same.
@@ -183,7 +189,7 @@ void MsdDrive::sync_event(SyncSignal signal, nanoseconds time) noexcept {
 }
 
 void MsdDrive::sync_margin(const SyncMargin& margin) noexcept {
-  ObjectDictionary& dictionary = core_.dictionary();
+  ObjectDictionary& dictionary = core_.process_values();
   dictionary.set(kBusValue.sync_events_missed, count16(margin.missed));
   dictionary.set(kBusValue.sync_cycles_exceeded, count16(margin.exceeded));
   dictionary.set(kBusValue.sync_shifts_too_short, count16(margin.too_short));
@@ -193,7 +199,7 @@ void MsdDrive::sync_margin(const SyncMargin& margin) noexcept {
 }
 
 bool MsdDrive::sync0_matches() const noexcept {
-  return sync0_.fits(reference_cycle(core_.dictionary()), core_.cycle_end());
+  return sync0_.fits(reference_cycle(core_.process_values()), core_.cycle_end());
 }
 
 bool MsdDrive::cause_persists(Fault fault) const noexcept {
@@ -216,7 +222,8 @@ void MsdDrive::report(const FaultMessage& message) noexcept {
 SdoResult<void> MsdDrive::accept(const EntryRow& row, std::uint64_t raw) {
   const bool input_type = !is_string(row.type) && row.slot == kBusValue.sync_type_inputs.number;
   if (input_type && !is_input_type(raw)) return tl::unexpected(wire::SdoAbort::kValueRange);
-  return core_.accept(row, raw).and_then([&] { return check_pdo_write(core_.dictionary(), pdo_limits_, row, raw); });
+  return core_.accept(row, raw).and_then(
+      [&] { return check_pdo_write(core_.process_values(), pdo_limits_, row, raw); });
 }
 
 void MsdDrive::written(const EntryRow& row) {
@@ -226,10 +233,15 @@ void MsdDrive::written(const EntryRow& row) {
 }
 
 void MsdDrive::build_process_data() noexcept {
-  rx_map_.build(core_.dictionary(), kOutputsSyncManager, pdo_limits_);
-  tx_map_.build(core_.dictionary(), kInputsSyncManager, pdo_limits_);
+  rx_map_.build(core_.process_values(), kOutputsSyncManager, pdo_limits_);
+  tx_map_.build(core_.process_values(), kInputsSyncManager, pdo_limits_);
   const auto fields = rx_map_.fields();
   settings_mapped_ = std::any_of(fields.begin(), fields.end(), is_setting);
+  ValueGroups sent;
+  for (const PdoMap::Field& field : tx_map_.fields()) {
+    if (!field.is_text && !field.constant) sent = sent.with(value_group(field.slot));
+  }
+  core_.send(sent);
 }
 
 std::size_t MsdDrive::process_data_size(std::size_t sync_manager) const noexcept {
@@ -245,7 +257,7 @@ std::optional<MappedEntry> MsdDrive::mapped_input(std::uint16_t index, std::uint
 
 /// Settings act as if they were written by SDO. A device parameter keeps its value if an SDO would refuse the new one.
 void MsdDrive::decode_settings(std::span<const std::byte> data) noexcept {
-  ObjectDictionary& dictionary = core_.dictionary();
+  ObjectDictionary& dictionary = core_.process_values();
   const auto fields = rx_map_.fields();
   std::array<std::uint64_t, PdoMap::kDefaultFields> before{};
   for (std::size_t i = 0; i < fields.size(); ++i) before[i] = dictionary.raw(fields[i].slot);
@@ -266,13 +278,13 @@ void MsdDrive::write_outputs(std::size_t sync_manager, std::span<const std::byte
   if (settings_mapped_) {
     decode_settings(data);
   } else {
-    rx_map_.decode(data, core_.dictionary());
+    rx_map_.decode(data, core_.process_values());
   }
   core_.outputs_written();
 }
 
 void MsdDrive::read_inputs(std::size_t sync_manager, std::span<std::byte> data) noexcept {
-  if (sync_manager == kInputsSyncManager) tx_map_.encode(core_.dictionary(), data);
+  if (sync_manager == kInputsSyncManager) tx_map_.encode(core_.process_values(), data);
 }
 
 }  // namespace driveline::slaves::msd

@@ -223,23 +223,13 @@ void encode_field(const PdoMap::Field& field, const ObjectDictionary& dictionary
 }  // namespace
 
 void PdoMap::append_step(const Field& field) noexcept {
-  Step step{field.bit_offset / 8, field.slot, Copy::kField};
-  if (!field.is_text && !field.constant) {
-    switch (whole_bytes(field)) {
-      case 1:
-        step.copy = field.is_signed ? Copy::kSigned8 : Copy::kUnsigned8;
-        break;
-      case 2:
-        step.copy = field.is_signed ? Copy::kSigned16 : Copy::kUnsigned16;
-        break;
-      case 4:
-        step.copy = field.is_signed ? Copy::kSigned32 : Copy::kUnsigned32;
-        break;
-      default:
-        break;
-    }
+  const std::size_t bytes = field.is_text || field.constant ? 0 : whole_bytes(field);
+  Step step{static_cast<std::uint32_t>(fields_.size() - 1), 0, field.slot, 0};
+  if (bytes == 1 || bytes == 2 || bytes == 4) {
+    step.place = field.bit_offset / 8;
+    step.sign = field.is_signed ? 1U << (field.bits - 1U) : 0U;
+    step.bytes = static_cast<std::uint8_t>(bytes);
   }
-  if (step.copy == Copy::kField) step.place = static_cast<std::uint32_t>(fields_.size() - 1);
   steps_.push_back(step);
 }
 
@@ -248,35 +238,20 @@ void PdoMap::decode(std::span<const std::byte> data, ObjectDictionary& dictionar
     for (const Field& field : fields_) decode_field(field, data, dictionary);
     return;
   }
-  // Sign extended to 64 bits where the type has a sign.
-  const auto set = [&](const Step& step, auto value) {
-    dictionary.set_raw(step.slot, static_cast<std::uint64_t>(value));
-  };
   for (const Step& step : steps_) {
     const auto bytes = [&] { return data.subspan(step.place); };
-    switch (step.copy) {
-      case Copy::kField:
-        decode_field(fields_[step.place], data, dictionary);
-        break;
-      case Copy::kUnsigned8:
-        set(step, bytes::load_le<std::uint8_t>(bytes()));
-        break;
-      case Copy::kSigned8:
-        set(step, bytes::load_le<std::int8_t>(bytes()));
-        break;
-      case Copy::kUnsigned16:
-        set(step, bytes::load_le<std::uint16_t>(bytes()));
-        break;
-      case Copy::kSigned16:
-        set(step, bytes::load_le<std::int16_t>(bytes()));
-        break;
-      case Copy::kUnsigned32:
-        set(step, bytes::load_le<std::uint32_t>(bytes()));
-        break;
-      case Copy::kSigned32:
-        set(step, bytes::load_le<std::int32_t>(bytes()));
-        break;
+    std::uint64_t value = 0;
+    if (step.bytes == 4) {
+      value = bytes::load_le<std::uint32_t>(bytes());
+    } else if (step.bytes == 2) {
+      value = bytes::load_le<std::uint16_t>(bytes());
+    } else if (step.bytes == 1) {
+      value = bytes::load_le<std::uint8_t>(bytes());
+    } else {
+      decode_field(fields_[step.place], data, dictionary);
+      continue;
     }
+    dictionary.set_raw(step.slot, (value ^ step.sign) - step.sign);  // extends the sign to 64 bits
   }
 }
 
@@ -285,24 +260,17 @@ void PdoMap::encode(const ObjectDictionary& dictionary, std::span<std::byte> dat
     for (const Field& field : fields_) encode_field(field, dictionary, data);
     return;
   }
-  for (const Step& step : steps_) {
+  const auto values = dictionary.raw_values();
+  for (const Step& step : std::span(steps_)) {
     const auto bytes = [&] { return data.subspan(step.place); };
-    switch (step.copy) {
-      case Copy::kField:
-        encode_field(fields_[step.place], dictionary, data);
-        break;
-      case Copy::kUnsigned8:
-      case Copy::kSigned8:
-        bytes::store_le(bytes(), static_cast<std::uint8_t>(dictionary.raw(step.slot)));
-        break;
-      case Copy::kUnsigned16:
-      case Copy::kSigned16:
-        bytes::store_le(bytes(), static_cast<std::uint16_t>(dictionary.raw(step.slot)));
-        break;
-      case Copy::kUnsigned32:
-      case Copy::kSigned32:
-        bytes::store_le(bytes(), static_cast<std::uint32_t>(dictionary.raw(step.slot)));
-        break;
+    if (step.bytes == 4) {
+      bytes::store_le(bytes(), static_cast<std::uint32_t>(values[step.slot]));
+    } else if (step.bytes == 2) {
+      bytes::store_le(bytes(), static_cast<std::uint16_t>(values[step.slot]));
+    } else if (step.bytes == 1) {
+      bytes::store_le(bytes(), static_cast<std::uint8_t>(values[step.slot]));
+    } else {
+      encode_field(fields_[step.place], dictionary, data);
     }
   }
 }

@@ -111,13 +111,6 @@ CurrentRange CurrentLoop::holdable(double speed_rad_s, double dc_link_volts) con
   return {middle - half, middle + half};
 }
 
-bool CurrentLoop::surely_holds(double current_a, double speed_rad_s, double dc_link_volts) const noexcept {
-  const double speed = pole_pairs_ * std::abs(speed_rad_s);
-  const double volts =
-      speed * (flux_vs_ + parameters_.inductance_h * current_a) + parameters_.resistance_ohm * current_a;
-  return volts * std::numbers::sqrt3 <= dc_link_volts;
-}
-
 double CurrentLoop::active_current_a() const noexcept {
   const double amplitude = std::hypot(d_v_, q_v_);
   return amplitude > 0.0 ? (d_v_ * d_a_ + q_v_ * q_a_) / amplitude : 0.0;

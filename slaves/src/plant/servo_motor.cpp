@@ -59,6 +59,7 @@ ServoMotor::ServoMotor(const MotorParameters& parameters, double step_s, double 
       radians_per_increment_(2.0 * std::numbers::pi / parameters_.encoder_increments),
       increments_per_radian_(1.0 / radians_per_increment_),
       current_(parameters_.winding, torque_constant_, parameters_.pole_pairs, parameters_.torque_lag_s, step_s),
+      peak_current_(current_.holding(parameters_.peak_torque_nm / torque_constant_)),
       mechanics_({parameters_.inertia_kg_m2, parameters_.viscous_friction_nm_s, parameters_.coulomb_friction_nm,
                   parameters_.brake_torque_nm},
                  parameters_.load, step_s, in_range(position_rad, -1e6, 1e6, 0.0)),
@@ -78,8 +79,7 @@ void ServoMotor::finish_step(bool brake_closed) noexcept {
   if (parameters_.encoder_noise_increments > 0.0) draw_noise();
 }
 
-void ServoMotor::step(double torque_setpoint_nm, bool brake_closed) noexcept {
-  const TorqueRange range = torque_range();
+void ServoMotor::step(double torque_setpoint_nm, const TorqueRange& range, bool brake_closed) noexcept {
   const double setpoint = in_range(torque_setpoint_nm, range.lowest_nm, range.highest_nm, 0.0);
   if (through_windings_) {
     const double speed = mechanics_.velocity_rad_s();
@@ -107,11 +107,9 @@ void ServoMotor::step(const VoltageVector& voltage, bool brake_closed) noexcept 
   finish_step(brake_closed);
 }
 
-TorqueRange ServoMotor::torque_range() const noexcept {
+TorqueRange ServoMotor::reduced_torque_range() const noexcept {
   const double peak = parameters_.peak_torque_nm;
-  const double speed = mechanics_.velocity_rad_s();
-  if (current_.surely_holds(peak / torque_constant_, speed, dc_link_volts_)) return {-peak, peak};
-  const CurrentRange range = current_.holdable(speed, dc_link_volts_);
+  const CurrentRange range = current_.holdable(mechanics_.velocity_rad_s(), dc_link_volts_);
   return {std::clamp(torque_constant_ * range.lowest_a, -peak, peak),
           std::clamp(torque_constant_ * range.highest_a, -peak, peak)};
 }

@@ -21,21 +21,81 @@ void publish_motor_values(const DriveMotion& motion, ObjectDictionary& dictionar
 
 }  // namespace
 
-void ActualValues::publish(const DriveMotion& motion, ObjectDictionary& dictionary) const noexcept {
+ValueGroups value_group(std::uint16_t slot) noexcept {
+  switch (slot) {
+    case kValue.position_actual.number:
+      return ValueGroup::kPosition;
+    case kValue.position_demand.number:
+    case kValue.following_error.number:
+      return ValueGroup::kPositionDemand;
+    case kValue.velocity_actual.number:
+      return ValueGroup::kVelocity;
+    case kValue.velocity_demand.number:
+      return ValueGroup::kVelocityDemand;
+    case kValue.torque_actual.number:
+      return ValueGroup::kTorque;
+    case kValue.current_actual.number:
+      return ValueGroup::kCurrent;
+    case kValue.torque_demand.number:
+      return ValueGroup::kTorqueDemand;
+    case kValue.actual_increments.number:
+    case kValue.reference_increments.number:
+    case kValue.increment_difference.number:
+    case kValue.actual_rpm.number:
+    case kValue.reference_rpm.number:
+    case kValue.reference_torque_nm.number:
+    case kValue.actual_torque_nm.number:
+      return ValueGroup::kMotor;
+    case kValue.touch_probe_status.number:
+      return ValueGroup::kTouchProbe;
+    case kValue.input_state.number:
+    case kValue.digital_inputs.number:
+    case kValue.output_state.number:
+      return ValueGroup::kTerminals;
+    default:
+      return kValue.touch_probe_values.contains(slot) ? ValueGroups(ValueGroup::kTouchProbe) : ValueGroups();
+  }
+}
+
+void ActualValues::publish(ValueGroups groups, const DriveMotion& motion, ObjectDictionary& dictionary) const noexcept {
   const PositionRangeLimit& range = motion.settings().range;
-  const auto torque = saturate<std::int16_t>(motion.torque_permille());
   const std::int64_t position = motion.position();
-  const double demand = motion.position_demand();
-  if (!position_held_) dictionary.set(kValue.position_actual, range.wrap(position + position_error_));
-  dictionary.set(kValue.position_demand, range.wrap(std::llrint(demand)));
-  dictionary.set(kValue.following_error, saturate<std::int32_t>(demand - static_cast<double>(position)));
-  dictionary.set(kValue.velocity_actual, saturate<std::int32_t>(motion.velocity()));
-  dictionary.set(kValue.velocity_demand, saturate<std::int32_t>(motion.velocity_demand()));
-  dictionary.set(kValue.torque_actual, torque);
-  // Sign of the torque, amplitude of both currents: with saturated iron or d current it exceeds that of the torque.
-  dictionary.set(kValue.current_actual, saturate<std::int16_t>(std::copysign(motion.current_permille(), torque)));
-  dictionary.set(kValue.torque_demand, saturate<std::int16_t>(motion.torque_demand_permille()));
-  publish_motor_values(motion, dictionary);
+  if (groups.has(ValueGroup::kPosition) && !position_held_) {
+    dictionary.set(kValue.position_actual, range.wrap(position + position_error_));
+  }
+  if (groups.has(ValueGroup::kPositionDemand)) {
+    const double demand = motion.position_demand();
+    dictionary.set(kValue.position_demand, range.wrap(std::llrint(demand)));
+    dictionary.set(kValue.following_error, saturate<std::int32_t>(demand - static_cast<double>(position)));
+  }
+  if (groups.has(ValueGroup::kVelocity)) {
+    dictionary.set(kValue.velocity_actual, saturate<std::int32_t>(motion.velocity()));
+  }
+  if (groups.has(ValueGroup::kTorque)) {
+    dictionary.set(kValue.torque_actual, saturate<std::int16_t>(motion.torque_permille()));
+  }
+  constexpr auto kUsual = ValueGroups(ValueGroup::kPosition)
+                              .with(ValueGroup::kPositionDemand)
+                              .with(ValueGroup::kVelocity)
+                              .with(ValueGroup::kTorque);
+  if (!groups.without(kUsual).empty()) publish_unusual(groups, motion, dictionary);
+}
+
+/// Publishes the groups that a bus seldom sends.
+void ActualValues::publish_unusual(ValueGroups groups, const DriveMotion& motion,
+                                   ObjectDictionary& dictionary) const noexcept {
+  if (groups.has(ValueGroup::kVelocityDemand)) {
+    dictionary.set(kValue.velocity_demand, saturate<std::int32_t>(motion.velocity_demand()));
+  }
+  if (groups.has(ValueGroup::kCurrent)) {
+    // Sign of the torque, amplitude of both currents: with saturated iron or d current it exceeds that of the torque.
+    const auto torque = saturate<std::int16_t>(motion.torque_permille());
+    dictionary.set(kValue.current_actual, saturate<std::int16_t>(std::copysign(motion.current_permille(), torque)));
+  }
+  if (groups.has(ValueGroup::kTorqueDemand)) {
+    dictionary.set(kValue.torque_demand, saturate<std::int16_t>(motion.torque_demand_permille()));
+  }
+  if (groups.has(ValueGroup::kMotor)) publish_motor_values(motion, dictionary);
 }
 
 void publish(const Terminals& terminals, ObjectDictionary& dictionary) noexcept {

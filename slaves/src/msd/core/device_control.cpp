@@ -78,6 +78,13 @@ bool DeviceControl::step_state(bool dc_link, nanoseconds now) noexcept {
   return power_.power_on() && !was_on;
 }
 
+bool DeviceControl::steady(bool dc_link, nanoseconds now) const noexcept {
+  ModeControl::Conditions modes;
+  find_mode_conditions(now, modes);
+  return power_.steady(power_command(modes.control_word)) && power_ready(dc_link) && brake_.rests(now) &&
+         modes_.steady(modes, *motion_);
+}
+
 /// Fills the conditions in place: to pack so small a struct into registers costs more than to find its values.
 void DeviceControl::find_mode_conditions(nanoseconds now, ModeControl::Conditions& conditions) const noexcept {
   conditions.control_word = control_word(*dictionary_);
@@ -103,14 +110,20 @@ bool DeviceControl::step_homing(nanoseconds time_out) noexcept {
   return modes_.step_homing(terminals_->signals(), *motion_, time_out);
 }
 
-std::uint16_t DeviceControl::status_word(const StatusFacts& facts) const noexcept {
-  const OperationMode mode = modes_.mode();
-  unsigned word = status_bits(power_.state()) | modes_.status_bits(*motion_);
+std::uint16_t DeviceControl::state_bits(bool dc_link) const noexcept {
+  unsigned word = status_bits(power_.state());
   const auto put = [&word](std::uint16_t bit, bool on) { word |= on ? bit : 0U; };
-  put(status_word::kVoltageEnabled, facts.dc_link);
-  put(status_word::kWarning, facts.warning);
+  put(status_word::kVoltageEnabled, dc_link);
   put(status_word::kRemote, remote(*dictionary_));
   put(status_word::kTargetReached, power_.quick_stop_finished());
+  return static_cast<std::uint16_t>(word);
+}
+
+std::uint16_t DeviceControl::motion_bits(const StatusFacts& facts) const noexcept {
+  const OperationMode mode = modes_.mode();
+  unsigned word = modes_.status_bits(*motion_);
+  const auto put = [&word](std::uint16_t bit, bool on) { word |= on ? bit : 0U; };
+  put(status_word::kWarning, facts.warning);
   put(status_word::kInternalLimit, power_.power_on() && (motion_->limited() || modes_.limited()));
   put(status_word::kFollowingError, shows_following_error(mode) && facts.following_error);
   put(status_word::kStandstill, shows_standstill(mode) && motion_->standstill());

@@ -26,6 +26,7 @@ DriveCore::DriveCore(const MsdParameters& parameters, const DictionaryTable& tab
       mains_volts_(parameters.dc_link_volts) {}
 
 void DriveCore::restart() {
+  disturb();
   store_.restore(dictionary_);
   control_.reset();
   faults_.reset();
@@ -65,7 +66,8 @@ void DriveCore::enter_network_state(NetworkState state) noexcept {
 }
 
 void DriveCore::outputs_written() noexcept {
-  watch_fault_reset();
+  if (quiet_ && commands() != quiet_commands_) disturb();
+  if (!quiet_) watch_fault_reset();
   monitor_.setpoints_came();
   control_.apply_setpoints();
 }
@@ -94,23 +96,59 @@ void DriveCore::advance(nanoseconds now) noexcept {
   if (stepped) publish();
 }
 
-/// Runs one control cycle.
+/// Runs one control cycle. A quiet one leaves out what could change nothing, see nothing_can_change().
 void DriveCore::step() noexcept {
-  if (clock_.process_data_cycle()) step_control();
-  if (control_.step_homing(homing_time_out_)) raise(Fault::kHoming);
-  control_touch_probe();
-  monitor_.step_rhythm();
-  control_.follow_brake(running_time());
-  motion_.step(control_.brake().closed(running_time()));
-  machine_.pass_switches();
-  if (const auto index = motion_.motor().index_pulse()) probe_.zero_pulse(shown_position(*index));
-  machine_.pass_time(clock_.cycle_end());
-  step_outputs();
-  if (clock_.process_data_cycle()) {
+  const bool process_data = clock_.process_data_cycle();
+  if (!quiet_) {
+    order_axis(process_data);
+  } else if (process_data) {
+    control_.watch_target();
+  }
+  move_axis();
+  if (!quiet_) step_outputs();
+  if (process_data) {
     monitor();
     finish_saving();
   }
   if (clock_.millisecond()) monitor_protection();
+  if (process_data && !quiet_ && nothing_can_change()) {
+    quiet_ = true;
+    quiet_commands_ = commands();
+  }
+}
+
+/// Evaluates commands, settings and terminals: what the axis does in this control cycle.
+void DriveCore::order_axis(bool process_data) noexcept {
+  if (process_data) step_control();
+  if (control_.step_homing(homing_time_out_)) raise(Fault::kHoming);
+  control_touch_probe();
+  control_.follow_brake(running_time());
+  brake_closed_ = control_.brake().closed(running_time());
+}
+
+/// Moves the axis; the events that it causes, and those of this time, may end quiet operation.
+void DriveCore::move_axis() noexcept {
+  monitor_.step_rhythm();
+  motion_.step(brake_closed_);
+  machine_.pass_switches();
+  if (const auto index = motion_.motor().index_pulse()) probe_.zero_pulse(shown_position(*index));
+  machine_.pass_time(clock_.cycle_end());
+}
+
+/// Whether order_axis() and step_outputs() would change nothing from the next control cycle on, until disturb(): a
+/// fault, an input, a write to the dictionary, other commands in the process data, a failing DC link. They have no
+/// other inputs: time acts on the brake, which rests, on stops and homing, which are not in progress, and on outputs,
+/// which rest.
+bool DriveCore::nothing_can_change() const noexcept {
+  const Commands now = commands();
+  return !settings_changed_ && now.control_word == last_control_word_ &&
+         control_.steady(protection_.dc_link_present(), running_time()) && terminals_.outputs_rest() &&
+         probe_.rests(static_cast<TouchProbe::Variant>(dictionary_.get(kValue.touch_probe_variant)), now.touch_probe);
+}
+
+DriveCore::Commands DriveCore::commands() const noexcept {
+  return {dictionary_.get(kValue.control_word), dictionary_.get(kValue.mode),
+          dictionary_.get(kValue.touch_probe_function), dictionary_.get(kValue.physical_outputs)};
 }
 
 /// Runs device control after the end of the self-test.
@@ -152,16 +190,32 @@ std::uint16_t DriveCore::status() const noexcept {
 }
 
 void DriveCore::publish() noexcept {
+  if (!states_shown_) publish_states();
   const bool stopped_by_it = state() >= PowerState::kFaultReactionActive && fault() == Fault::kFollowingError;
-  dictionary_.set(kValue.status_word, control_.status_word({protection_.dc_link_present(), protection_.warnings() != 0,
-                                                            monitor_.following_error() || stopped_by_it}));
+  const unsigned moving =
+      control_.motion_bits({protection_.warnings() != 0, monitor_.following_error() || stopped_by_it});
+  dictionary_.set(kValue.status_word, static_cast<std::uint16_t>(state_bits_ | moving));
+  const ValueGroups now = all_read_ ? ValueGroups::all() : sent_;
+  waiting_ = ValueGroups::all().without(now);
+  publish_groups(now);
+  protection_.publish();
+}
+
+/// Publishes what remains while the drive is quiet. The state of the network is published when it changes, too.
+void DriveCore::publish_states() noexcept {
+  states_shown_ = quiet_;
+  state_bits_ = control_.state_bits(protection_.dc_link_present());
   dictionary_.set(kValue.nmt_state, static_cast<std::uint8_t>(starting() ? NetworkState::kBootUp : network_state_));
   dictionary_.set(kValue.mode_display, static_cast<std::int8_t>(control_.mode()));
-  actual_values_.publish(motion_, dictionary_);
-  msd::publish(probe_, dictionary_);
-  msd::publish(terminals_, dictionary_);
-  protection_.publish();
   display_.follow(shown_state(), running_time());
+}
+
+/// The values depend on motion, probe and terminals only, which change in advance() and by the machine: that completes
+/// the publication first. New setpoints change none of these values before the next control cycle.
+void DriveCore::publish_groups(ValueGroups groups) const noexcept {
+  actual_values_.publish(groups, motion_, dictionary_);
+  if (groups.has(ValueGroup::kTouchProbe)) msd::publish(probe_, dictionary_);
+  if (groups.has(ValueGroup::kTerminals)) msd::publish(terminals_, dictionary_);
 }
 
 /// Without DC link voltage the display shows "not ready" (MSD manual 4.7), although the state machine may have advanced

@@ -10,6 +10,7 @@ namespace driveline::slaves::msd {
 
 /// The first fault remains active until it is acknowledged; a later fault can only make the reaction harder.
 void DriveCore::raise(Fault fault) noexcept {
+  disturb();
   const FaultFacts& f = facts(fault);
   if (faults_.standing()) {
     if (f.coast) control_.fault(true);
@@ -63,6 +64,7 @@ void DriveCore::monitor() noexcept {
 /// Monitors once per millisecond: temperatures, I2t, voltages, external causes.
 void DriveCore::monitor_protection() noexcept {
   protection_.step();
+  if (!protection_.dc_link_present()) disturb();
   for (const Fault fault : {Fault::kMotorOverload, Fault::kMotorTemperature, Fault::kAmplifierTemperature,
                             Fault::kDcLinkOvervoltage, Fault::kEncoder}) {
     if (!faults_.standing() && cause_persists(fault)) raise(fault);

@@ -14,6 +14,8 @@ void DriveCore::set_input(Input input, bool level) noexcept {
 /// Touch probes latch at the change, a reset input acknowledges a fault.
 void DriveCore::terminal_changed(Input input, bool level, double position_rad) noexcept {
   if (terminals_.level(input) == level) return;
+  complete_publication();
+  disturb();
   const InputSignals before = terminals_.signals();
   terminals_.set(input, level);
   const InputSignals& now = terminals_.signals();
@@ -26,6 +28,8 @@ void DriveCore::terminal_changed(Input input, bool level, double position_rad) n
 
 void DriveCore::set_machine_input(MachineInput input, double value) noexcept {
   const bool on = value >= 0.5;
+  complete_publication();
+  disturb();
   switch (input) {
     case MachineInput::kDcLink:
       return set_dc_link_voltage(value);

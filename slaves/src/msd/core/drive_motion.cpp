@@ -83,8 +83,7 @@ void DriveMotion::push_setpoints() noexcept {
   if (source_ == MotionSource::kCyclicTorque) torque_.push(torque_of(setpoints_.torque_permille));
   if (source_ != MotionSource::kCyclicPosition) return;
   // Position setpoints wrap around at the ends of their range; the shorter distance applies.
-  target_position_ =
-      settings_.range.destination(target_position_, setpoints_.position, PositionRangeLimit::Direction::kShortest);
+  target_position_ = settings_.range.nearest(target_position_, setpoints_.position);
   std::int64_t target = target_position_;
   limited_ = false;
   if (settings_.position_limited) {
@@ -198,8 +197,7 @@ void DriveMotion::take_over(MotionCommand command, MotionSource source, bool smo
 
 /// The measured speed lags by its filter. If the position setpoint implies nearly the same speed, that is used.
 double DriveMotion::speed_towards_setpoint(double speed, std::uint32_t since) const noexcept {
-  const auto target =
-      settings_.range.destination(position(), setpoints_.position, PositionRangeLimit::Direction::kShortest);
+  const auto target = settings_.range.nearest(position(), setpoints_.position);
   const double steps = position_.periods_ahead() * settings_.steps_per_setpoint - since;
   if (!(steps > 0.0)) return speed;
   const double asked = (to_rad(static_cast<double>(target)) - measured_position_rad()) / (steps * kControlStepS);
@@ -315,7 +313,8 @@ void DriveMotion::step(bool brake_closed) noexcept {
   slow_steps_ = slow() ? std::min(slow_steps_ + 1, kStandstillSteps) : 0;
   steps_since_sample_ += steps_since_sample_ < 2 * settings_.steps_per_setpoint ? 1 : 0;
   if (by_frequency_) return step_frequency_control(brake_closed);
-  TorqueRange available = motor_.torque_range();
+  const TorqueRange range = motor_.torque_range();
+  TorqueRange available = range;
   const double demand = settings_.torque_per_demand;
   if (demand < 1.0 || demand > 1.0) available = {available.lowest_nm / demand, available.highest_nm / demand};
   controller_.set_available_torque(available.lowest_nm, available.highest_nm);
@@ -334,7 +333,7 @@ void DriveMotion::step(bool brake_closed) noexcept {
       torque_demand_nm_ = stop_at_limit();
       break;
   }
-  motor_.step(torque_demand_nm_ * demand, brake_closed);
+  motor_.step(torque_demand_nm_ * demand, range, brake_closed);
 }
 
 bool DriveMotion::position_controlled() const noexcept {

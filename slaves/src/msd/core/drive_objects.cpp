@@ -79,6 +79,7 @@ tl::expected<void, ParameterFileError> DriveCore::take_parameter_set(std::string
     raise(Fault::kParameterList);
     return tl::unexpected(store_.error());
   }
+  disturb();
   dictionary_.copy_backup_values(candidate);
   settings_changed_ = true;
   bus_->parameters_replaced();
@@ -87,6 +88,7 @@ tl::expected<void, ParameterFileError> DriveCore::take_parameter_set(std::string
 
 void DriveCore::written(const EntryRow& row) {
   if (is_string(row.type)) return;
+  disturb();
   switch (row.slot) {
     case kValue.error_count.number:
       return dictionary_.set(kValue.last_error, 0U);

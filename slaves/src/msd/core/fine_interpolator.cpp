@@ -23,6 +23,7 @@ void FineInterpolator::configure(Method method, std::uint32_t steps, double step
   steps_ = count;
   step_s_ = step_s;
   period_s_ = count * step_s;
+  find_steady_change();
   reset(output_.position, output_.velocity);
 }
 
@@ -30,6 +31,11 @@ void FineInterpolator::set_limits(std::uint16_t periods, double rate, double spe
   bridged_ = periods;
   stop_rate_ = rate > 0.0 ? rate : std::numeric_limits<double>::infinity();
   top_speed_ = speed;
+  find_steady_change();
+}
+
+void FineInterpolator::find_steady_change() noexcept {
+  steady_change_ = kSteady * stop_rate_ * period_s_ * period_s_;
 }
 
 void FineInterpolator::reset(double value, double velocity) noexcept {
@@ -78,7 +84,7 @@ bool FineInterpolator::makes_up() const noexcept {
 /// just after it. In this case the sample is as far away as that many of the previous, steady rises, and no
 /// acceleration explains this as a single rise.
 std::uint32_t FineInterpolator::samples_in(double rise) const noexcept {
-  const double change = kSteady * stop_rate_ * period_s_ * period_s_;
+  const double change = steady_change_;
   const double last = samples_[0] - samples_[1];
   const double before = samples_[1] - samples_[2];
   if (!(std::abs(last) > kFast * change) || std::abs(last - before) > change) return 1;

@@ -45,9 +45,23 @@ bool ModeControl::supported(OperationMode mode) noexcept {
   return false;
 }
 
+/// Returns the mode in 6060h; the present mode if this drive does not have that one.
+OperationMode ModeControl::wanted() const noexcept {
+  const auto mode = static_cast<OperationMode>(dictionary_->get(kValue.mode));
+  return supported(mode) ? mode : mode_;
+}
+
 void ModeControl::select() noexcept {
-  const auto wanted = static_cast<OperationMode>(dictionary_->get(kValue.mode));
-  if (supported(wanted)) mode_ = wanted;
+  mode_ = wanted();
+}
+
+bool ModeControl::steady(const Conditions& conditions, const DriveMotion& motion) const noexcept {
+  const MotionSource followed = source(conditions);
+  const bool cyclic = followed == MotionSource::kCyclicPosition || followed == MotionSource::kCyclicVelocity ||
+                      followed == MotionSource::kCyclicTorque;
+  return cyclic && wanted() == mode_ && entered_ == mode_ && !halted_ &&
+         command(conditions) == MotionCommand::kFollow && motion.command() == MotionCommand::kFollow &&
+         motion.source() == followed;
 }
 
 void ModeControl::reset() noexcept {
@@ -305,6 +319,9 @@ void ModeControl::update_reached(const DriveMotion& motion) noexcept {
                                : std::uint16_t{0};
   reached_ = in_window_ && window_time_ >= milliseconds(time);
 
+  // The rest is shown in profile velocity (3) only. It starts anew when a mode is entered or left, so an entered mode
+  // that does not show it need not find it.
+  if (entered_ != OperationMode::kNone && entered_ != OperationMode::kProfileVelocity) return;
   const bool slow = std::abs(motion.velocity()) <= dictionary_->get(kValue.velocity_threshold);
   speed_time_ = slow ? speed_time_ + kProcessDataPeriod : std::chrono::nanoseconds{0};
   speed_zero_ = slow && speed_time_ >= milliseconds(dictionary_->get(kValue.velocity_threshold_time));

@@ -85,12 +85,11 @@ Scaling Scaling::from(ObjectDictionary& dictionary, std::uint32_t encoder_increm
 
 template <typename T>
 T saturate(double value) noexcept {
-  if (std::isnan(value)) return T{0};
   const auto low = static_cast<double>(std::numeric_limits<T>::min());
   const auto high = static_cast<double>(std::numeric_limits<T>::max());
-  if (value <= low) return std::numeric_limits<T>::min();
-  if (value >= high) return std::numeric_limits<T>::max();
-  return static_cast<T>(std::lrint(value));
+  if (value > low && value < high) return static_cast<T>(std::lrint(value));
+  if (std::isnan(value)) return T{0};
+  return value <= low ? std::numeric_limits<T>::min() : std::numeric_limits<T>::max();
 }
 
 template std::int16_t saturate<std::int16_t>(double) noexcept;

@@ -61,6 +61,11 @@ class PositionRangeLimit {
   /// kShortest prefers the positive direction when both distances are equal. \rtsafe
   [[nodiscard]] std::int64_t destination(std::int64_t position, std::int32_t target,
                                          Direction direction) const noexcept;
+  /// Returns destination() by the shortest way, which every cyclic setpoint takes. \rtsafe
+  [[nodiscard]] std::int64_t nearest(std::int64_t position, std::int32_t target) const noexcept {
+    const std::int64_t up = positive_distance(position, target);
+    return position + (up <= size_ - up ? up : up - size_);
+  }
 
  private:
   static constexpr std::int64_t kFullSize = std::int64_t{1} << 32;

@@ -59,6 +59,8 @@ class MailboxServer {
 
   /// Whether request() would accept this mailbox message without losing it to a full queue. \rtsafe
   [[nodiscard]] bool has_room(std::span<const std::byte> mailbox) const noexcept;
+  /// Whether a request waits for its answer. \rtsafe
+  [[nodiscard]] bool waiting() const noexcept { return count_ != 0; }
   /// Handles a mailbox message that the master wrote, header included.
   void request(std::span<const std::byte> mailbox);
   /// Writes the next mailbox message for the master, header included; returns its length, 0 when there is none.

@@ -48,7 +48,7 @@ class MsdDrive final : public Device, private DictionaryOwner, private DriveBus 
   void mailbox_request(std::span<const std::byte> mailbox) override;
   bool connect_network(EthernetLink* network) override;
   void show(DeviceStatus& out) const noexcept override;
-  [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte> out) override { return mailbox_.reply(out, al_state_); }
+  [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte> out) override;
   void advance(std::chrono::nanoseconds now) noexcept override { core_.advance(now); }
   [[nodiscard]] std::chrono::nanoseconds process_data_period() const noexcept override { return kProcessDataPeriod; }
   [[nodiscard]] SyncDemand sync_demand() const noexcept override;

@@ -76,6 +76,8 @@ class ObjectDictionary {
 
   /// Returns the raw value of a slot. \rtsafe
   [[nodiscard]] std::uint64_t raw(std::uint16_t slot) const noexcept { return values_[slot]; }
+  /// Returns the raw values of all slots. \rtsafe
+  [[nodiscard]] std::span<const std::uint64_t> raw_values() const noexcept { return values_; }
   /// Sets the raw value of a slot. \rtsafe
   void set_raw(std::uint16_t slot, std::uint64_t raw) noexcept { values_[slot] = raw; }
   /// Returns the raw value of any numeric row, constants included.

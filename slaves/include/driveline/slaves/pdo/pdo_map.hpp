@@ -66,13 +66,12 @@ class PdoMap {
   void encode(const ObjectDictionary& dictionary, std::span<std::byte> data) const noexcept;
 
  private:
-  /// How an entry is copied: whole bytes in one access, or else as its Field says.
-  enum class Copy : std::uint8_t { kField, kUnsigned8, kSigned8, kUnsigned16, kSigned16, kUnsigned32, kSigned32 };
   /// The little that the copy of an entry needs in every cycle.
   struct Step {
-    std::uint32_t place = 0;  ///< first byte in the process data; kField: index in `fields_`
+    std::uint32_t place = 0;  ///< first byte in the process data; without `bytes`: index in `fields_`
+    std::uint32_t sign = 0;   ///< sign bit of a signed value; 0: unsigned
     std::uint16_t slot = 0;   ///< slot in the dictionary
-    Copy copy = Copy::kField;
+    std::uint8_t bytes = 0;   ///< whole bytes that are copied in one access: 1, 2 or 4; 0: copied as its Field says
   };
 
   void append(const ObjectDictionary& dictionary, std::uint32_t entry) noexcept;

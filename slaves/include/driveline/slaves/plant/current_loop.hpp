@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 
 namespace driveline::slaves {
 
@@ -43,8 +44,21 @@ class CurrentLoop {
   /// Returns the q currents, without d current, that are possible in steady state at this speed and DC link voltage; if
   /// none is, the current that needs the least voltage. \rtsafe
   [[nodiscard]] CurrentRange holdable(double speed_rad_s, double dc_link_volts) const noexcept;
+  /// A q current with what a quick check needs of it.
+  struct Holding {
+    double per_speed_vs = 0.0;  ///< voltage per electrical speed: back EMF and reactance
+    double resistive_v = 0.0;   ///< voltage at standstill
+  };
+  /// Returns this for surely_holds().
+  [[nodiscard]] Holding holding(double current_a) const noexcept {
+    return {flux_vs_ + parameters_.inductance_h * current_a, parameters_.resistance_ohm * current_a};
+  }
   /// Quick sufficient check that the voltage allows this q current in either direction. \rtsafe
-  [[nodiscard]] bool surely_holds(double current_a, double speed_rad_s, double dc_link_volts) const noexcept;
+  [[nodiscard]] bool surely_holds(const Holding& current, double speed_rad_s, double dc_link_volts) const noexcept {
+    const double speed = pole_pairs_ * std::abs(speed_rad_s);
+    const double volts = speed * current.per_speed_vs + current.resistive_v;
+    return volts * std::numbers::sqrt3 <= dc_link_volts;
+  }
 
   /// Returns the d voltage of the last step. \rtsafe
   [[nodiscard]] double d_voltage_v() const noexcept { return d_v_; }

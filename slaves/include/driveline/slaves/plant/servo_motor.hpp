@@ -72,7 +72,11 @@ class ServoMotor {
   ServoMotor(const MotorParameters& parameters, double step_s, double position_rad) noexcept;
 
   /// Runs one step with this torque setpoint, limited to torque_range(); a non-finite value counts as 0. \rtsafe
-  void step(double torque_setpoint_nm, bool brake_closed = false) noexcept;
+  void step(double torque_setpoint_nm, bool brake_closed = false) noexcept {
+    step(torque_setpoint_nm, torque_range(), brake_closed);
+  }
+  /// The same for a caller that has torque_range() of this step already. \rtsafe
+  void step(double torque_setpoint_nm, const TorqueRange& range, bool brake_closed) noexcept;
   /// Selects voltages (true) or torque setpoints (false) as the input. Voltages act on the windings even if these are
   /// not simulated otherwise. Torque and speed continue without a jump. \rtsafe
   void drive_by_voltage(bool by_voltage) noexcept;
@@ -117,7 +121,11 @@ class ServoMotor {
   /// Returns the velocity of the shaft. \rtsafe
   [[nodiscard]] double velocity_rad_s() const noexcept { return mechanics_.velocity_rad_s(); }
   /// Returns the range up to the peak torque, reduced where speed and DC link voltage do not allow it. \rtsafe
-  [[nodiscard]] TorqueRange torque_range() const noexcept;
+  [[nodiscard]] TorqueRange torque_range() const noexcept {
+    const double peak = parameters_.peak_torque_nm;
+    if (current_.surely_holds(peak_current_, mechanics_.velocity_rad_s(), dc_link_volts_)) return {-peak, peak};
+    return reduced_torque_range();
+  }
   /// Returns the torque of the current loop at the shaft.
   [[nodiscard]] double torque_nm() const noexcept { return torque_nm_; }
   /// Returns the kinetic energy of rotor and load. \rtsafe
@@ -145,6 +153,7 @@ class ServoMotor {
 
  private:
   [[nodiscard]] bool powered() const noexcept { return power_stage_on_ && dc_link_volts_ > 0.0; }
+  [[nodiscard]] TorqueRange reduced_torque_range() const noexcept;
   void draw_noise() noexcept;
   void finish_step(bool brake_closed) noexcept;
   void use_windings(bool before) noexcept;
@@ -156,6 +165,7 @@ class ServoMotor {
   double radians_per_increment_;
   double increments_per_radian_;
   CurrentLoop current_;
+  CurrentLoop::Holding peak_current_;  ///< current for the peak torque
   Mechanics mechanics_;
   bool power_stage_on_ = true;
   double dc_link_volts_ = 560.0;

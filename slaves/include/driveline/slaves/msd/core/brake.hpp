@@ -20,7 +20,7 @@ class Brake {
   void want_open(bool open) noexcept { open_ = open; }
   /// Updates the brake from its output. \rtsafe
   void follow(std::chrono::nanoseconds now) noexcept {
-    const bool energised = terminals_->controls_brake() ? open_ : terminals_->output(Output::kBrake);
+    const bool energised = output_energised();
     if (std::exchange(energised_, energised) != energised) since_ = now;
   }
 
@@ -28,12 +28,21 @@ class Brake {
   [[nodiscard]] bool open() const noexcept { return open_; }
   /// Whether the brake holds the shaft. \rtsafe
   [[nodiscard]] bool closed(std::chrono::nanoseconds now) const noexcept { return energised_ != at_rest(now); }
+  /// Whether follow() would change nothing and no delay runs: closed() and settled() remain until the command, the
+  /// output, P 213 or P 214 changes. \rtsafe
+  [[nodiscard]] bool rests(std::chrono::nanoseconds now) const noexcept {
+    return output_energised() == energised_ && at_rest(now);
+  }
   /// Whether the delay has passed; always true when the output has another function. \rtsafe
   [[nodiscard]] bool settled(std::chrono::nanoseconds now) const noexcept {
     return !terminals_->controls_brake() || at_rest(now);
   }
 
  private:
+  /// Whether the output that the brake is connected to is energised.
+  [[nodiscard]] bool output_energised() const noexcept {
+    return terminals_->controls_brake() ? open_ : terminals_->output(Output::kBrake);
+  }
   /// Whether the lift or close time has passed since the output changed.
   [[nodiscard]] bool at_rest(std::chrono::nanoseconds now) const noexcept {
     const double time_ms = dictionary_->get(energised_ ? kValue.brake_lift_time : kValue.brake_close_time);

@@ -36,6 +36,11 @@ class DeviceControl {
   void order(std::chrono::nanoseconds now) noexcept;
   /// @}
 
+  /// Whether such a cycle would change nothing but what watch_target() finds, until the control word, the mode, a
+  /// setting, an input, the DC link or a fault changes: a cyclic mode follows its setpoints, the brake is open. \rtsafe
+  [[nodiscard]] bool steady(bool dc_link, std::chrono::nanoseconds now) const noexcept;
+  /// Finds whether the target is reached: the end of order(). \rtsafe
+  void watch_target() noexcept { modes_.update_reached(*motion_); }
   /// Runs one control cycle of the homing mode; returns true when homing has failed in it. \rtsafe
   [[nodiscard]] bool step_homing(std::chrono::nanoseconds time_out) noexcept;
   /// Called when the brake's output may have changed. \rtsafe
@@ -64,12 +69,14 @@ class DeviceControl {
 
   /// Further inputs of the status word.
   struct StatusFacts {
-    bool dc_link = false;          ///< the power stage has DC link voltage
     bool warning = false;          ///< at least one warning is active
     bool following_error = false;  ///< too large, or the cause of the active fault
   };
-  /// Returns 6041h. \rtsafe
-  [[nodiscard]] std::uint16_t status_word(const StatusFacts& facts) const noexcept;
+  /// Returns the bits of 6041h that change with state, mode, setting or DC link: in a steady() drive they remain.
+  /// \rtsafe
+  [[nodiscard]] std::uint16_t state_bits(bool dc_link) const noexcept;
+  /// Returns the other bits of 6041h, which change with the motion. \rtsafe
+  [[nodiscard]] std::uint16_t motion_bits(const StatusFacts& facts) const noexcept;
 
  private:
   [[nodiscard]] OptionCodes option_codes_now() const noexcept;

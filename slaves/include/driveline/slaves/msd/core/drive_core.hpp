@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "driveline/slaves/msd/core/actual_values.hpp"
 #include "driveline/slaves/msd/core/control_clock.hpp"
@@ -78,10 +79,39 @@ class DriveCore final : private MachineEvents {
   [[nodiscard]] bool power_stage_on() const noexcept;
   /// Whether the motor is under control. \rtsafe
   [[nodiscard]] bool power_on() const noexcept { return control_.power().power_on(); }
-  /// Returns the current values. \rtsafe
-  [[nodiscard]] ObjectDictionary& dictionary() noexcept { return dictionary_; }
-  /// Returns the current values, read only. \rtsafe
-  [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
+  /// Returns the values of the drive. From the first call on, advance() publishes all actual values, since the caller
+  /// may keep the reference. \rtsafe
+  [[nodiscard]] ObjectDictionary& dictionary() noexcept {
+    publish_all_from_now();
+    disturb();
+    return dictionary_;
+  }
+  /// Returns the values of the drive, read only; otherwise like the above. \rtsafe
+  [[nodiscard]] const ObjectDictionary& dictionary() const noexcept {
+    publish_all_from_now();
+    return dictionary_;
+  }
+  /// Returns the values of the drive with all actual values as of the end of the last advance(). They are complete
+  /// until the next one. \rtsafe
+  [[nodiscard]] const ObjectDictionary& complete_values() const noexcept {
+    complete_publication();
+    return dictionary_;
+  }
+  /// Returns the values of the drive; of the actual values only the groups of send() are those of the last advance().
+  /// \rtsafe
+  [[nodiscard]] ObjectDictionary& process_values() noexcept { return dictionary_; }
+  /// Returns the same, read only. \rtsafe
+  [[nodiscard]] const ObjectDictionary& process_values() const noexcept { return dictionary_; }
+  /// Selects the actual values that every advance() publishes, because the bus sends them in its cycle: the others wait
+  /// until somebody reads them. Initially: all. \rtsafe
+  void send(ValueGroups groups) noexcept {
+    complete_publication();
+    sent_ = groups.with(ValueGroup::kPosition);
+  }
+  /// Publishes the actual values that wait; to be called before the bus reads others than those of send(). \rtsafe
+  void complete_publication() const noexcept {
+    if (!waiting_.empty()) publish_groups(std::exchange(waiting_, ValueGroups()));
+  }
   /// @}
 
   /// \name The machine around the drive
@@ -106,7 +136,10 @@ class DriveCore final : private MachineEvents {
   /// Switches the mains: DC link voltage of MsdParameters, or 0 V. \rtsafe
   void set_dc_link(bool present) noexcept { set_dc_link_voltage(present ? mains_volts_ : 0.0); }
   /// Forces the DC link voltage in V; below P 701[12]: undervoltage. Negative values and NaN count as 0. \rtsafe
-  void set_dc_link_voltage(double volts) noexcept { protection_.force_voltage(volts); }
+  void set_dc_link_voltage(double volts) noexcept {
+    disturb();
+    protection_.force_voltage(volts);
+  }
   /// Schedules a change of an input at this time of the line's clock, also between control cycles: touch probes latch
   /// the position of the axis at that time. Changes take effect in order of time; returns false when too many changes
   /// wait. \rtsafe
@@ -155,6 +188,8 @@ class DriveCore final : private MachineEvents {
   /// Returns the duration of all control cycles since the first one. \rtsafe
   [[nodiscard]] std::chrono::nanoseconds running_time() const noexcept { return clock_.running_time(); }
   [[nodiscard]] std::uint32_t warnings() const noexcept { return protection_.warnings(); }  ///< P 34
+  /// Whether the next control cycle only moves and watches the axis, because the rest could change nothing. \rtsafe
+  [[nodiscard]] bool quiet() const noexcept { return quiet_; }
   /// Returns the error in the parameter file that caused fault 02 05, if any.
   [[nodiscard]] const ParameterFileError& parameter_file_error() const noexcept { return store_.error(); }
   /// Returns the name in MsdParameters; P 3 may have changed. \rtsafe
@@ -169,13 +204,33 @@ class DriveCore final : private MachineEvents {
   void machine_input_changed(MachineInput input, double value) noexcept override { set_machine_input(input, value); }
 
   void apply_settings() noexcept;
+  /// Commands that process data can change without a call of written().
+  struct Commands {
+    std::uint16_t control_word = 0;
+    std::int8_t mode = 0;
+    std::uint16_t touch_probe = 0;
+    std::uint32_t outputs = 0;
+    friend bool operator==(const Commands&, const Commands&) = default;
+  };
+
   void step() noexcept;
+  void order_axis(bool process_data) noexcept;
+  void move_axis() noexcept;
+  [[nodiscard]] Commands commands() const noexcept;
+  [[nodiscard]] bool nothing_can_change() const noexcept;
+  void disturb() noexcept { quiet_ = states_shown_ = false; }
   void step_control() noexcept;
   void step_outputs() noexcept;
   void control_touch_probe() noexcept;
   void monitor() noexcept;
   void monitor_protection() noexcept;
   void publish() noexcept;
+  void publish_states() noexcept;
+  void publish_groups(ValueGroups groups) const noexcept;
+  void publish_all_from_now() const noexcept {
+    all_read_ = true;
+    complete_publication();
+  }
   void finish_saving() noexcept;
   [[nodiscard]] bool starting() const noexcept { return start_left_.count() > 0; }
   [[nodiscard]] std::int32_t shown_position(std::int64_t increments) const noexcept;
@@ -188,7 +243,7 @@ class DriveCore final : private MachineEvents {
   [[nodiscard]] DisplayContent display_content() const noexcept;
 
   DriveBus* bus_;
-  ObjectDictionary dictionary_;
+  mutable ObjectDictionary dictionary_;  ///< const functions complete its actual values
   DriveMotion motion_;
   ParameterStore store_;
   Terminals terminals_;
@@ -200,6 +255,9 @@ class DriveCore final : private MachineEvents {
   ScriptedMachine machine_;
   DriveSignals signals_{*this};
   ActualValues actual_values_;
+  ValueGroups sent_ = ValueGroups::all();  ///< actual values that the bus sends in its cycle
+  mutable ValueGroups waiting_;            ///< actual values that are not in the dictionary yet
+  mutable bool all_read_ = false;          ///< all of them may be read at any time
   Display display_;
   ControlClock clock_;
   std::bitset<static_cast<std::size_t>(Fault::kCount)> causes_;
@@ -209,6 +267,11 @@ class DriveCore final : private MachineEvents {
   double mains_volts_;
   std::uint16_t last_control_word_ = 0;
   NetworkState network_state_ = NetworkState::kInitialising;
+  Commands quiet_commands_;       ///< when `quiet_` was set
+  bool quiet_ = false;            ///< nothing but the axis moves, see quiet()
+  bool states_shown_ = false;     ///< the last publish_states() is valid, because the drive has been quiet since
+  std::uint16_t state_bits_ = 0;  ///< of the status word
+  bool brake_closed_ = false;     ///< the brake holds the shaft in this control cycle
   bool settings_changed_ = true;
   bool initialise_control_ = true;  ///< the next apply_settings() applies the units of the factor group
 };

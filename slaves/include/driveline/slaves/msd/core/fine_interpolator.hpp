@@ -60,6 +60,7 @@ class FineInterpolator {
   void step_cosine(double t) noexcept;
   void start_cubic(double end, double end_velocity) noexcept;
   void start_segment(double velocity) noexcept;
+  void find_steady_change() noexcept;
   [[nodiscard]] std::uint32_t samples_in(double rise) const noexcept;
   [[nodiscard]] bool take_on_time(double sample) noexcept;
   void take_late(double sample) noexcept;
@@ -75,6 +76,7 @@ class FineInterpolator {
   std::uint16_t bridged_ = 1;  ///< maximum number of extrapolated periods
   std::uint16_t made_up_ = 0;  ///< extrapolated samples since the last received sample
   double stop_rate_ = std::numeric_limits<double>::infinity();
+  double steady_change_ = std::numeric_limits<double>::infinity();  ///< of a steady rise from period to period
   double top_speed_ = std::numeric_limits<double>::infinity();
   double step_s_ = 62.5e-6;
   double period_s_ = 125e-6;         ///< steps_ * step_s_

@@ -37,8 +37,13 @@ class ModeControl {
   /// Returns kFollow unless the drive is halted. \rtsafe
   [[nodiscard]] MotionCommand command(const Conditions& conditions) const noexcept;
 
+  /// Whether select(), and step() with these conditions, would change nothing but what update_reached() finds: a cyclic
+  /// mode follows its setpoints. \rtsafe
+  [[nodiscard]] bool steady(const Conditions& conditions, const DriveMotion& motion) const noexcept;
   /// Runs one process data cycle, after source and command were set in the motion. \rtsafe
   void step(const Conditions& conditions, DriveMotion& motion) noexcept;
+  /// Finds whether the target is reached: the end of step(), and all of it that a steady() mode needs. \rtsafe
+  void update_reached(const DriveMotion& motion) noexcept;
   /// Runs one control cycle of the homing mode; returns true when homing has failed in it. While the axis is halted,
   /// homing still evaluates switches and index pulse, but its time-out does not advance. \rtsafe
   [[nodiscard]] bool step_homing(const InputSignals& inputs, DriveMotion& motion,
@@ -62,12 +67,13 @@ class ModeControl {
   void step_velocity(std::uint16_t control_word, DriveMotion& motion, bool resume) noexcept;
   [[nodiscard]] double velocity_mode_unit(const DriveMotion& motion) const noexcept;
   void start_homing(const Conditions& conditions, DriveMotion& motion) noexcept;
-  void update_reached(const DriveMotion& motion) noexcept;
   [[nodiscard]] std::int64_t destination(const SetpointHandshake::Setpoint& setpoint,
                                          const DriveMotion& motion) noexcept;
   [[nodiscard]] HomingInputs homing_inputs(const InputSignals& inputs, const DriveMotion& motion) const noexcept;
   [[nodiscard]] GeneratorLimits profile_limits(const DriveMotion& motion) const noexcept;
   [[nodiscard]] double value(Slot<std::uint32_t> slot) const noexcept { return dictionary_->get(slot); }
+
+  [[nodiscard]] OperationMode wanted() const noexcept;
 
   const ObjectDictionary* dictionary_;
   OperationMode mode_ = OperationMode::kNone;

@@ -82,6 +82,9 @@ class Terminals {
   [[nodiscard]] bool controls_brake() const noexcept {
     return output_functions_[kBrakeOutput] == OutputFunction::kBrake;
   }
+  /// Whether step_outputs() would change nothing as long as inputs, selectors, brake and 60FEh remain: no output
+  /// depends on the limit or the millisecond. \rtsafe
+  [[nodiscard]] bool outputs_rest() const noexcept { return (limit_ | bus_each_ms_) == 0; }
   /// Power-on: no output is energised. \rtsafe
   void clear_outputs() noexcept { outputs_ = 0; }
   /// Conditions for the outputs in a control cycle.

@@ -17,6 +17,10 @@ class TouchProbe {
 
   /// Sets the current control word 60B8h; to be called before the events of a control cycle. \rtsafe
   void control(Variant variant, std::uint16_t function) noexcept;
+  /// Whether control() would change nothing: the manufacturer's variants publish latched values in it. \rtsafe
+  [[nodiscard]] bool rests(Variant variant, std::uint16_t function) const noexcept {
+    return variant == variant_ && (variant == Variant::kOff || (variant == Variant::kCia402 && function == function_));
+  }
   /// Handles an edge of probe 0 (ISD05) or 1 (ISD06). \rtsafe
   void edge(std::size_t probe, bool rising, std::int32_t position) noexcept;
   /// Handles a passage of the encoder's zero pulse. \rtsafe
