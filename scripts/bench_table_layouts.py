@@ -522,6 +522,28 @@ def aims(documents):
     return table([("program", "l"), ("aims", "r"), ("met", "r"), ("missed by", "l")], rows)
 
 
+def missed(documents):
+    """Periods that `run` misses, beside a loop that is awake as long and beside cyclictest."""
+    if "missed" not in documents:
+        return ["Not measured yet: `scripts/bench_tables.py --run missed` on an idle machine fills this table."]
+    figures = Figures(documents["missed"])
+    run = figures.row("run_8_axes", "missed_periods")
+
+    def over(floor, row):
+        return sure_ratio(row) if floor["p50"] > 0 else ""  # nothing is a multiple of 0
+
+    rows = [["`driveline run`, 8 axes", f"{run['p50']:.0f}", f"{run['max']:.0f}", ""]]
+    for name, case, metric in (("bare loop, awake as long", "bare_loop_as_long_awake", "missed_periods"),
+                               ("`cyclictest`", "cyclictest", "missed_periods_over_cyclictest")):
+        if (case, "missed_periods") not in figures.rows:
+            continue
+        floor = figures.row(case, "missed_periods")
+        rows.append([name, f"{floor['p50']:.0f}", f"{floor['max']:.0f}", over(floor, figures.row("run_8_axes", metric))])
+    awake = figures.time("run_8_axes", "awake_per_period")
+    return where_from(documents["missed"]) + [f"{run['n']} turns of each; `run` was awake for {awake} of each 125 µs.", ""] + table(
+        [("in a turn", "l"), ("missed periods, median", "r"), ("largest", "r"), ("`run` over it, 95 % interval", "l")], rows)
+
+
 def headline(documents):
     """What the page that everybody reads first says: the cycle of an idle machine beside what is usually measured."""
     cycle, jitter = Figures(documents["cycle"]), Figures(documents["jitter"])
@@ -555,6 +577,7 @@ TABLES = {
     "interpolation": (interpolation, ["trajectory"]),
     "jitter": (jitter, ["jitter"]),
     "master_cost": (master_cost, ["master_cost"]),
+    "missed": (missed, []),  # without its document it says so
     "path": (path, ["path"]),
     "path_durations": (path_durations, ["path"]),
     "profiles": (profiles, ["trajectory"]),

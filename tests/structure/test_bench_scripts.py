@@ -235,6 +235,33 @@ class Tables(Folder):
         self.assertRegex(self.page.read_text(encoding="utf-8"), r"one drive.*\| 123 µs \|.*\*\*missed\*\*")
         self.assertRegex(self.page.read_text(encoding="utf-8"), r"\| `drive` \| 4 \| \d \| `1_drive`")
 
+    def test_the_table_of_missed_periods_is_filled_by_its_document_and_says_when_there_is_none(self):
+        file = self.results / "missed.json"
+        file.unlink(missing_ok=True)
+        self.assertEqual(self.tables().returncode, 0)
+        self.assertIn("Not measured yet: `scripts/bench_tables.py --run missed`", self.page.read_text(encoding="utf-8"))
+        def row(case, metric, p50, most, **more):
+            return {"case": case, "metric": metric, "unit": "1", "n": 10, "p50": p50, "p99": most, "p999": most, "max": most, **more}
+        turns = {"turns": 10, "mean": 1.1, "low": 0.9, "high": 1.3}
+        rows = [row("run_8_axes", "missed_periods", 44.0, 61.0, against="bare_loop_as_long_awake", ratio_p50=1.1, ratio_p999=1.2,
+                    ratio_turns=turns),
+                row("bare_loop_as_long_awake", "missed_periods", 40.0, 55.0),
+                {**row("run_8_axes", "awake_per_period", 12.5, 13.0), "unit": "us"},
+                row("run_8_axes", "missed_periods_over_cyclictest", 44.0, 61.0, against="cyclictest", ratio_p50=0.0, ratio_p999=0.0),
+                row("cyclictest", "missed_periods", 0.0, 7.0)]
+        file.write_text(json.dumps({"bench": "missed", "environment": ENVIRONMENT, "results": rows}), encoding="utf-8")
+        self.refused("docs/benchmarks.md: a table does not match bench/results")
+        self.assertEqual(self.tables().returncode, 0)
+        text = self.page.read_text(encoding="utf-8")
+        self.assertIn("10 turns of each; `run` was awake for 12.5 µs of each 125 µs.", text)
+        self.assertIn("| `driveline run`, 8 axes | 44 | 61 |  |\n| bare loop, awake as long | 40 | 55 | 1.10 (0.90 to 1.30) |\n"
+                      "| `cyclictest` | 0 | 7 |  |\n", text)
+        rows[3:] = []  # cyclictest is not installed there
+        file.write_text(json.dumps({"bench": "missed", "environment": ENVIRONMENT, "results": rows}), encoding="utf-8")
+        self.assertEqual(self.tables().returncode, 0)
+        self.assertNotIn("| `cyclictest` | 0", self.page.read_text(encoding="utf-8"))
+        self.assertEqual(self.tables("--check").returncode, 0)
+
     def test_the_table_of_scale_has_the_cycle_that_stops_all_axes_when_it_was_measured(self):
         file = self.results / "scale.json"
         document = json.loads(file.read_text(encoding="utf-8"))

@@ -178,6 +178,25 @@ TEST_F(RealtimePlatformTest, AGuestOfAHypervisorIsTold) {
   EXPECT_EQ(item("virtual machine").effective, "a guest of a hypervisor (QEMU)");
 }
 
+/// The first pages that a user reads say the same as `driveline doctor`: what the host costs, and why `run` misses more
+/// periods than the program with which users compare it.
+TEST_F(RealtimePlatformTest, TheReadmeSaysAboutVirtualMachinesWhatDoctorSays) {
+  write("/proc/cpuinfo", "processor\t: 0\nflags\t\t: fpu vme hypervisor");
+  const auto said = item("virtual machine");
+  EXPECT_EQ(said.cost, Cost::kPeriods);
+  std::ifstream readme("README.md");  // tests run in the top folder of the project
+  std::string text;
+  for (std::string word; readme >> word;) text += word + " ";  // lines end anywhere
+  const auto begin = text.find("On a virtual machine the host ");
+  ASSERT_NE(begin, std::string::npos);
+  const auto sentences = text.substr(begin, text.find("- **", begin) - begin);
+  for (const auto* both : {"the host", "milliseconds", "missed", "awake", "`run` misses more", "cyclictest"}) {
+    EXPECT_THAT(said.consequence, HasSubstr(both));
+    EXPECT_THAT(sentences, HasSubstr(both));
+  }
+  EXPECT_THAT(said.remedy, HasSubstr("physical machine"));
+}
+
 TEST_F(RealtimePlatformTest, TheTickIsJudgedForTheCpuOfTheThread) {
   EXPECT_THAT(item("timer tick").effective, HasSubstr("no NO_HZ_FULL"));
   write("/sys/devices/system/cpu/nohz_full", "  (null)");
