@@ -46,12 +46,12 @@ std::string take(AxisConfig& axis, const DriveFacts& facts) {
 TEST(DriveFacts, ScaleIsFeedOverGearElseTheEncoder) {
   DriveFacts facts;
   EXPECT_FALSE(increments_per_revolution(facts));
-  facts.encoder = DriveRatio{65536, 1};
+  facts.encoder = DriveRatio{196608, 3};
   EXPECT_EQ(increments_per_revolution(facts), 65536.0);
   facts.feed = DriveRatio{36000, 2};
   EXPECT_EQ(increments_per_revolution(facts), 18000.0);
-  facts.gear = DriveRatio{10, 1};
-  EXPECT_EQ(increments_per_revolution(facts), 1800.0);
+  facts.gear = DriveRatio{10, 4};
+  EXPECT_EQ(increments_per_revolution(facts), 7200.0);
   facts.gear = DriveRatio{10, 0};
   EXPECT_EQ(increments_per_revolution(facts), 18000.0) << "no such gear";
   facts.feed = DriveRatio{0, 1};
@@ -60,7 +60,7 @@ TEST(DriveFacts, ScaleIsFeedOverGearElseTheEncoder) {
 
 TEST(DriveFacts, ScaleOfTheDriveCountsWhereTheDescriptionHasNone) {
   DriveFacts facts;
-  facts.feed = DriveRatio{360000, 1};
+  facts.feed = DriveRatio{1080000, 3};
   auto axis = rotary_axis(1048576.0, true);
   EXPECT_EQ(take(axis, facts), "");
   EXPECT_NEAR(axis.increments_per_unit * kTurn, 360000.0, 1e-6);
@@ -218,10 +218,12 @@ TEST_F(DriveFactsOfALine, ScaleThatIsAnotherIsTold) {
 TEST_F(DriveFactsOfALine, FactorsThatTheLineDescriptionWritesAreThoseThatCount) {
   const auto report =
       run("[[slave.sdo]]\nindex = 0x6092\nsubindex = 1\ntype = \"uint32\"\nvalue = 36000\n"
-          "[[slave.sdo]]\nindex = 0x6091\nsubindex = 1\ntype = \"uint32\"\nvalue = 10\n",
+          "[[slave.sdo]]\nindex = 0x6092\nsubindex = 2\ntype = \"uint32\"\nvalue = 5\n"
+          "[[slave.sdo]]\nindex = 0x6091\nsubindex = 1\ntype = \"uint32\"\nvalue = 10\n"
+          "[[slave.sdo]]\nindex = 0x6091\nsubindex = 2\ntype = \"uint32\"\nvalue = 3\n",
           "");
   EXPECT_EQ(failure_of(report), "");
-  EXPECT_NEAR(report.axes.at(0).increments_per_unit, 3600.0, 1e-6);
+  EXPECT_NEAR(report.axes.at(0).increments_per_unit, 36000.0 / 5.0 / (10.0 / 3.0), 1e-6);
 }
 
 TEST_F(DriveFactsOfALine, ModuloIsWrittenToTheDrive) {
