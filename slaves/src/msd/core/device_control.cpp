@@ -78,11 +78,10 @@ bool DeviceControl::step_state(bool dc_link, nanoseconds now) noexcept {
   return power_.power_on() && !was_on;
 }
 
+/// The cycle before has applied the commands: they are those that led to this state, mode and source.
 bool DeviceControl::steady(bool dc_link, nanoseconds now) const noexcept {
-  ModeControl::Conditions modes;
-  find_mode_conditions(now, modes);
-  return power_.steady(power_command(modes.control_word)) && power_ready(dc_link) && brake_.rests(now) &&
-         modes_.steady(modes, *motion_);
+  return power_.state() == PowerState::kOperationEnabled && power_ready(dc_link) &&
+         motion_->follows_cyclic_setpoints() && brake_.rests(now);
 }
 
 /// Fills the conditions in place: to pack so small a struct into registers costs more than to find its values.

@@ -67,7 +67,7 @@ void DriveCore::enter_network_state(NetworkState state) noexcept {
 
 void DriveCore::outputs_written() noexcept {
   if (quiet_ && commands() != quiet_commands_) disturb();
-  if (!quiet_) watch_fault_reset();
+  watch_fault_reset();
   monitor_.setpoints_came();
   control_.apply_setpoints();
 }
@@ -138,12 +138,11 @@ void DriveCore::move_axis() noexcept {
 /// Whether order_axis() and step_outputs() would change nothing from the next control cycle on, until disturb(): a
 /// fault, an input, a write to the dictionary, other commands in the process data, a failing DC link. They have no
 /// other inputs: time acts on the brake, which rests, on stops and homing, which are not in progress, and on outputs,
-/// which rest.
+/// which rest. Called after a process data cycle, which has applied all that was written before.
 bool DriveCore::nothing_can_change() const noexcept {
-  const Commands now = commands();
-  return !settings_changed_ && now.control_word == last_control_word_ &&
-         control_.steady(protection_.dc_link_present(), running_time()) && terminals_.outputs_rest() &&
-         probe_.rests(static_cast<TouchProbe::Variant>(dictionary_.get(kValue.touch_probe_variant)), now.touch_probe);
+  return control_.steady(protection_.dc_link_present(), running_time()) && terminals_.outputs_rest() &&
+         probe_.rests(static_cast<TouchProbe::Variant>(dictionary_.get(kValue.touch_probe_variant)),
+                      dictionary_.get(kValue.touch_probe_function));
 }
 
 DriveCore::Commands DriveCore::commands() const noexcept {

@@ -29,7 +29,6 @@ void DriveCore::terminal_changed(Input input, bool level, double position_rad) n
 void DriveCore::set_machine_input(MachineInput input, double value) noexcept {
   const bool on = value >= 0.5;
   complete_publication();
-  disturb();
   switch (input) {
     case MachineInput::kDcLink:
       return set_dc_link_voltage(value);

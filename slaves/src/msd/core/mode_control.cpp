@@ -45,23 +45,9 @@ bool ModeControl::supported(OperationMode mode) noexcept {
   return false;
 }
 
-/// Returns the mode in 6060h; the present mode if this drive does not have that one.
-OperationMode ModeControl::wanted() const noexcept {
-  const auto mode = static_cast<OperationMode>(dictionary_->get(kValue.mode));
-  return supported(mode) ? mode : mode_;
-}
-
 void ModeControl::select() noexcept {
-  mode_ = wanted();
-}
-
-bool ModeControl::steady(const Conditions& conditions, const DriveMotion& motion) const noexcept {
-  const MotionSource followed = source(conditions);
-  const bool cyclic = followed == MotionSource::kCyclicPosition || followed == MotionSource::kCyclicVelocity ||
-                      followed == MotionSource::kCyclicTorque;
-  return cyclic && wanted() == mode_ && entered_ == mode_ && !halted_ &&
-         command(conditions) == MotionCommand::kFollow && motion.command() == MotionCommand::kFollow &&
-         motion.source() == followed;
+  const auto wanted = static_cast<OperationMode>(dictionary_->get(kValue.mode));
+  if (supported(wanted)) mode_ = wanted;
 }
 
 void ModeControl::reset() noexcept {

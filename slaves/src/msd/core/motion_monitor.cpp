@@ -34,10 +34,7 @@ bool MotionMonitor::wrong_cycle() const noexcept {
 
 /// Setpoints are interpolated over another time than that of their arrival (MSD manual 7.4.2, 11.2).
 bool MotionMonitor::follows_wrong_cycle() const noexcept {
-  const MotionSource source = motion_->source();
-  const bool cyclic = source == MotionSource::kCyclicPosition || source == MotionSource::kCyclicVelocity ||
-                      source == MotionSource::kCyclicTorque;
-  return cyclic && motion_->command() == MotionCommand::kFollow && wrong_cycle();
+  return motion_->follows_cyclic_setpoints() && wrong_cycle();
 }
 
 }  // namespace driveline::slaves::msd

@@ -89,11 +89,6 @@ class PowerStateMachine {
   [[nodiscard]] PowerState state() const noexcept { return state_; }
   /// Returns the command for the motor until the next step(). \rtsafe
   [[nodiscard]] MotionCommand motion() const noexcept { return motion_; }
-  /// Whether step() would change nothing as long as the power is ready and the control word has this command. \rtsafe
-  [[nodiscard]] bool steady(PowerCommand command) const noexcept {
-    return state_ == PowerState::kOperationEnabled && motion_ == MotionCommand::kFollow && !stopping_ &&
-           (command == PowerCommand::kEnableOperation || command == PowerCommand::kNone);
-  }
   /// Whether the motor is under control.
   [[nodiscard]] bool power_on() const noexcept { return motion_ != MotionCommand::kOff; }
   /// Whether the controlled stop in progress ends with the power stage off, with this quick stop option code (605Ah).

@@ -36,8 +36,9 @@ class DeviceControl {
   void order(std::chrono::nanoseconds now) noexcept;
   /// @}
 
-  /// Whether such a cycle would change nothing but what watch_target() finds, until the control word, the mode, a
-  /// setting, an input, the DC link or a fault changes: a cyclic mode follows its setpoints, the brake is open. \rtsafe
+  /// Whether another such cycle would change nothing but what watch_target() finds, until control word, mode, settings,
+  /// inputs, DC link or a fault change: operation is enabled, the motion follows cyclic setpoints, the brake rests. To
+  /// be called after such a cycle. \rtsafe
   [[nodiscard]] bool steady(bool dc_link, std::chrono::nanoseconds now) const noexcept;
   /// Finds whether the target is reached: the end of order(). \rtsafe
   void watch_target() noexcept { modes_.update_reached(*motion_); }

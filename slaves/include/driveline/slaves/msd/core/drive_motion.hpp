@@ -155,6 +155,12 @@ class DriveMotion {
   [[nodiscard]] MotionSource source() const noexcept { return source_; }
   /// Returns the command of the last select(). \rtsafe
   [[nodiscard]] MotionCommand command() const noexcept { return command_; }
+  /// Whether the axis follows setpoints that come in the cycle of the bus. \rtsafe
+  [[nodiscard]] bool follows_cyclic_setpoints() const noexcept {
+    return command_ == MotionCommand::kFollow &&
+           (source_ == MotionSource::kCyclicPosition || source_ == MotionSource::kCyclicVelocity ||
+            source_ == MotionSource::kCyclicTorque);
+  }
   /// Returns the direction in user units in which the setpoints move the axis: -1, 0, 1; without speed control, the
   /// direction of the actual motion. \rtsafe
   [[nodiscard]] int direction() const noexcept;

@@ -37,12 +37,10 @@ class ModeControl {
   /// Returns kFollow unless the drive is halted. \rtsafe
   [[nodiscard]] MotionCommand command(const Conditions& conditions) const noexcept;
 
-  /// Whether select(), and step() with these conditions, would change nothing but what update_reached() finds: a cyclic
-  /// mode follows its setpoints. \rtsafe
-  [[nodiscard]] bool steady(const Conditions& conditions, const DriveMotion& motion) const noexcept;
   /// Runs one process data cycle, after source and command were set in the motion. \rtsafe
   void step(const Conditions& conditions, DriveMotion& motion) noexcept;
-  /// Finds whether the target is reached: the end of step(), and all of it that a steady() mode needs. \rtsafe
+  /// Finds whether the target is reached: the end of step(), and all of it that a mode needs while it follows cyclic
+  /// setpoints. \rtsafe
   void update_reached(const DriveMotion& motion) noexcept;
   /// Runs one control cycle of the homing mode; returns true when homing has failed in it. While the axis is halted,
   /// homing still evaluates switches and index pulse, but its time-out does not advance. \rtsafe
@@ -72,8 +70,6 @@ class ModeControl {
   [[nodiscard]] HomingInputs homing_inputs(const InputSignals& inputs, const DriveMotion& motion) const noexcept;
   [[nodiscard]] GeneratorLimits profile_limits(const DriveMotion& motion) const noexcept;
   [[nodiscard]] double value(Slot<std::uint32_t> slot) const noexcept { return dictionary_->get(slot); }
-
-  [[nodiscard]] OperationMode wanted() const noexcept;
 
   const ObjectDictionary* dictionary_;
   OperationMode mode_ = OperationMode::kNone;
