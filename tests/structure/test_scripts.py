@@ -25,7 +25,8 @@ class Usage(unittest.TestCase):
     SCRIPTS = ["run.sh", "test.sh", "scripts/install-deps.sh", "scripts/smoke.sh", "scripts/veth.sh",
                "scripts/check-tidy.sh", "scripts/check-format.sh", "scripts/check-docs.sh",
                "scripts/bench_tables.py", "scripts/bench_quick.py",
-               "scripts/dds-keys.sh", "scripts/mutants.sh", "scripts/package.sh", "scripts/campaign.sh", ".ci/long"]
+               "scripts/dds-keys.sh", "scripts/mutants.sh", "scripts/package.sh", "scripts/campaign.sh", "scripts/same_motion.sh",
+               ".ci/long"]
 
     def test_an_unknown_flag_ends_with_status_2_and_the_usage(self):
         for script in self.SCRIPTS:
