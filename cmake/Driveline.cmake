@@ -146,6 +146,9 @@ function(driveline_test name)
   if(ARG_SERIAL)
     list(APPEND properties RUN_SERIAL TRUE)
   endif()
+  if(DRIVELINE_SANITIZE) # a third of each campaign's runs (tests/support/campaign.hpp); the release build makes all
+    list(APPEND properties ENVIRONMENT DRIVELINE_CAMPAIGN_SHARE=3)
+  endif()
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST WORKING_DIRECTORY ${CMAKE_SOURCE_DIR}
                        PROPERTIES ${properties})
 endfunction()

@@ -15,15 +15,16 @@
 #include <limits>
 #include <memory>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "demand_judge.hpp"
 #include "demand_watch.hpp"
 #include "drive_line.hpp"
-#include "environment.hpp"
 #include "fault_ports.hpp"
 #include "startup_objects.hpp"
+#include "support/campaign.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -369,8 +370,8 @@ void tell_progress(unsigned done, unsigned runs) {
 constexpr unsigned kCovering = 60;
 
 TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
-  const auto runs = environment("DRIVELINE_CAMPAIGN_RUNS", kCovering);
-  const auto first = environment("DRIVELINE_CAMPAIGN_SEED", 1);
+  const auto runs = test::environment("DRIVELINE_CAMPAIGN_RUNS", test::share_of(kCovering));
+  const auto first = test::environment("DRIVELINE_CAMPAIGN_SEED", 1);
   constexpr int kEnough = 20;  // failures to report
   Coverage coverage;
   int failed = 0;
@@ -404,10 +405,11 @@ TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
 /// mode, under a load (4191686).
 TEST(DemandCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
   Coverage coverage;
-  for (const unsigned seed :
-       {1731U,  2452U,   3224U,   3433U,  6446U,  1732U,    3367U,    4663U,    10491U,   10845U,  13372U,
-        14484U, 16028U,  30041U,  17918U, 7595U,  10607U,   10889U,   11368U,   12231U,   16721U,  13163U,
-        13489U, 102035U, 103961U, 42441U, 83452U, 3000182U, 3004887U, 4081424U, 4191686U, 5075995U}) {
+  constexpr std::array kSeeds{1731U,   2452U,  3224U,  3433U,    6446U,    1732U,    3367U,    4663U,
+                              10491U,  10845U, 13372U, 14484U,   16028U,   30041U,   17918U,   7595U,
+                              10607U,  10889U, 11368U, 12231U,   16721U,   13163U,   13489U,   102035U,
+                              103961U, 42441U, 83452U, 3000182U, 3004887U, 4081424U, 4191686U, 5075995U};
+  for (const auto seed : std::span(kSeeds).first(test::share_of(kSeeds.size()))) {
     Sequence sequence(seed, coverage);
     EXPECT_EQ(sequence.execute(), "") << "seed " << seed;
   }

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "demand_watch.hpp"
-#include "environment.hpp"
 #include "group_line.hpp"
+#include "support/campaign.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -221,8 +221,8 @@ class GroupSequence {
 constexpr unsigned kCovering = 16;
 
 TEST(GroupCampaign, DrivesDemandNoMoreThanTheirAxesMayAndEveryRequestEnds) {
-  const auto runs = environment("DRIVELINE_CAMPAIGN_RUNS", kCovering);
-  const auto first = environment("DRIVELINE_CAMPAIGN_SEED", 1);
+  const auto runs = test::environment("DRIVELINE_CAMPAIGN_RUNS", test::share_of(kCovering));
+  const auto first = test::environment("DRIVELINE_CAMPAIGN_SEED", 1);
   Coverage coverage;
   int failed = 0;
   constexpr int kEnough = 20;  // failures to report

@@ -6,11 +6,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <span>
 #include <string>
 
 #include "drive_line.hpp"
-#include "environment.hpp"
 #include "late_line.hpp"
+#include "support/campaign.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -346,8 +347,8 @@ void random_changes(unsigned seed) {
 }
 
 TEST(ModeChangeCampaign, InAnyOrderAtAnyTimeLeavesTheDemandWithinTheLimits) {
-  const auto runs = environment("DRIVELINE_CAMPAIGN_RUNS", 20);
-  const auto first = environment("DRIVELINE_CAMPAIGN_SEED", 1);
+  const auto runs = test::environment("DRIVELINE_CAMPAIGN_RUNS", test::share_of(20U));
+  const auto first = test::environment("DRIVELINE_CAMPAIGN_SEED", 1);
   for (unsigned seed = first; seed < first + runs; ++seed) {
     random_changes(seed);
     ASSERT_FALSE(testing::Test::HasFailure()) << "seed " << seed;
@@ -363,9 +364,10 @@ TEST(ModeChangeCampaign, InAnyOrderAtAnyTimeLeavesTheDemandWithinTheLimits) {
 /// change from CST (5758), or by a drive that had not got the command from CSV to CSP (13302, 14031); gaps just before
 /// and after a change.
 TEST(ModeChangeCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
-  for (const unsigned seed : {67U,   119U,  127U,  142U,  220U,  318U,  445U,   560U,   574U,   690U,   691U,
+  constexpr std::array kSeeds{67U,   119U,  127U,  142U,  220U,  318U,  445U,   560U,   574U,   690U,   691U,
                               713U,  752U,  785U,  873U,  882U,  885U,  893U,   906U,   964U,   1171U,  3524U,
-                              3642U, 4234U, 5687U, 5758U, 9013U, 9911U, 10164U, 10898U, 11232U, 13302U, 14031U}) {
+                              3642U, 4234U, 5687U, 5758U, 9013U, 9911U, 10164U, 10898U, 11232U, 13302U, 14031U};
+  for (const auto seed : std::span(kSeeds).first(test::share_of(kSeeds.size()))) {
     random_changes(seed);
     ASSERT_FALSE(testing::Test::HasFailure()) << "seed " << seed;
   }

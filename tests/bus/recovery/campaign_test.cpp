@@ -12,7 +12,7 @@
 #include "deeds.hpp"
 #include "drive_line.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
-#include "environment.hpp"
+#include "support/campaign.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -296,8 +296,8 @@ struct CampaignSum {
 };
 
 TEST(RecoveryCampaign, EverybodyIsBackAndNobodyIsAccusedWrongly) {
-  const auto runs = environment("DRIVELINE_CAMPAIGN_RUNS", 40);
-  const auto first = environment("DRIVELINE_CAMPAIGN_SEED", 1);
+  const auto runs = test::environment("DRIVELINE_CAMPAIGN_RUNS", test::share_of(40U));
+  const auto first = test::environment("DRIVELINE_CAMPAIGN_SEED", 1);
   CampaignSum sum;
   std::size_t settled_bytes = 0;
   unsigned failures = 0;

@@ -16,7 +16,7 @@
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/port/redundant_port.hpp"
-#include "environment.hpp"
+#include "support/campaign.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -418,8 +418,8 @@ class WiredRun {
 };
 
 TEST(WiringCampaign, WhatIsToldIsWhatWasDone) {
-  const auto runs = environment("DRIVELINE_CAMPAIGN_RUNS", 21);
-  const auto first = environment("DRIVELINE_CAMPAIGN_SEED", 1);
+  const auto runs = test::environment("DRIVELINE_CAMPAIGN_RUNS", test::share_of(21U));
+  const auto first = test::environment("DRIVELINE_CAMPAIGN_SEED", 1);
   std::uint64_t recoveries = 0;
   unsigned failures = 0;
   for (unsigned i = 0; i < runs; ++i) {

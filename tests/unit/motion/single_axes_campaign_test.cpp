@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <memory>
 #include <random>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "driveline/motion/single_axis/single_axes.hpp"
+#include "support/campaign.hpp"
 #include "support/motion_trace.hpp"
 
 namespace driveline::motion {
@@ -25,11 +25,6 @@ constexpr double kIncrements = 1e6;  // per rad
 constexpr double kPeriod = 125e-6;
 constexpr int kCycles = 8000;
 constexpr trajectory::AxisLimits kLimits{50.0, 1000.0};
-
-unsigned environment(const char* name, unsigned otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : static_cast<unsigned>(std::strtoul(text, nullptr, 10));
-}
 
 template <typename T>
 T load(std::span<const std::byte> image, std::size_t at) {
@@ -299,8 +294,8 @@ class Sequence {
 };
 
 TEST(SingleAxesCampaign, WhatDrivesAreToldObeysTheLimits) {
-  const auto runs = environment("DRIVELINE_CAMPAIGN_RUNS", 100);
-  const auto first = environment("DRIVELINE_CAMPAIGN_SEED", 1);
+  const auto runs = test::environment("DRIVELINE_CAMPAIGN_RUNS", test::share_of(100U));
+  const auto first = test::environment("DRIVELINE_CAMPAIGN_SEED", 1);
   std::size_t moved = 0;
   for (unsigned seed = first; seed < first + runs; ++seed) {
     Sequence sequence(seed);

@@ -12,6 +12,7 @@
 #include "driveline/trajectory/profile_limits.hpp"
 #include "driveline/trajectory/setpoint.hpp"
 #include "support.hpp"
+#include "support/campaign.hpp"
 
 // Judges profiles by their setpoints alone, without knowledge of how profiles are computed.
 namespace driveline::trajectory::test {
@@ -34,10 +35,11 @@ struct Motion {
   }
 };
 
-/// Number of rounds of a random campaign; the environment variable DRIVELINE_PROFILE_ROUNDS overrides `usual`.
+/// Number of rounds of a random campaign: this build's share of `usual`, or what the environment variable
+/// DRIVELINE_PROFILE_ROUNDS says.
 inline int profile_rounds(int usual) {
   const char* text = std::getenv("DRIVELINE_PROFILE_ROUNDS");
-  return text == nullptr ? usual : std::atoi(text);
+  return text == nullptr ? driveline::test::share_of(usual) : std::atoi(text);
 }
 
 /// The velocity that remains when the acceleration is reduced to zero as fast as possible.
