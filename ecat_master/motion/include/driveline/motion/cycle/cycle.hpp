@@ -21,6 +21,11 @@ class Cycle {
   virtual void cycle(const rt::CycleStart& start) noexcept = 0;
   /// Correction of the grid before the next cycle. \rtsafe
   [[nodiscard]] virtual std::chrono::nanoseconds grid_shift() const noexcept = 0;
+
+ protected:
+  Cycle() = default;
+  Cycle(const Cycle&) = default;             ///< for derived classes
+  Cycle& operator=(const Cycle&) = default;  ///< for derived classes
 };
 
 }  // namespace driveline::motion
