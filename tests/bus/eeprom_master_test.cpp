@@ -57,7 +57,7 @@ TEST(EepromMaster, TakesTheMixedLineOfTheExamplesToOp) {
   EXPECT_EQ(master.slaves()[kAnalogue].product_code, 0x302U);
   EXPECT_EQ(master.slaves()[kX].product_code, MsdDrive::description().product_code);
   ASSERT_NO_FATAL_FAILURE(mixed.to(EepromMaster::kSafeOp));
-  // A slave that is written and read counts 3, one that is only written 2, one that is only read 1 (ETG.1000.4 Table
+  // A slave counts 3 if it is written and read, 2 if it is only written, 1 if it is only read (ETG.1000.4 Table
   // 17). Drives have no PDOs as delivered: only the state of their mailboxes is read.
   std::vector<unsigned> counts;
   for (const auto& slave : master.slaves()) counts.push_back(slave.working_counter);

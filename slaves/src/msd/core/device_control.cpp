@@ -78,7 +78,7 @@ bool DeviceControl::step_state(bool dc_link, nanoseconds now) noexcept {
   return power_.power_on() && !was_on;
 }
 
-/// The cycle before has applied the commands: they are those that led to this state, mode and source.
+/// The cycle before has applied the commands, so that they would lead to the same state, mode and source again.
 bool DeviceControl::steady(bool dc_link, nanoseconds now) const noexcept {
   return power_.state() == PowerState::kOperationEnabled && power_ready(dc_link) &&
          motion_->follows_cyclic_setpoints() && brake_.rests(now);

@@ -1,5 +1,5 @@
-// Actual values that the bus does not send in its cycle wait in the drive until somebody reads them. Whoever reads them
-// finds what a drive that publishes everything in every cycle has in its dictionary.
+// Actual values that the bus does not send in its cycle wait in the drive until they are read. The reader finds the
+// same as in the dictionary of a drive that publishes all values in every cycle.
 #include "driveline/slaves/device_status.hpp"
 
 #include <functional>

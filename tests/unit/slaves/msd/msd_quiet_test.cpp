@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int8_t kCyclicPosition = 8;
 constexpr std::int8_t kInterpolated = 7;
-constexpr std::int32_t kStepIncrements = 400;  ///< of the target position in 125 us
+constexpr std::int32_t kStepIncrements = 400;  ///< the target position moves by this in 125 us
 constexpr auto kControlCycle = 62'500ns;
 
 /// Everything that the bus and the machine see of a drive.

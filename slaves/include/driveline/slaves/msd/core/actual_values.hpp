@@ -30,7 +30,7 @@ class ValueGroups {
   /// No group.
   constexpr ValueGroups() noexcept = default;
   /// One group.
-  constexpr ValueGroups(ValueGroup group) noexcept  // NOLINT(google-explicit-constructor): a group is a set of one
+  constexpr ValueGroups(ValueGroup group) noexcept  // NOLINT(google-explicit-constructor): one group is a set, too
       : bits_(static_cast<std::uint16_t>(group)) {}
   /// Every group. \rtsafe
   [[nodiscard]] static constexpr ValueGroups all() noexcept { return ValueGroups(0x3FF); }

@@ -103,7 +103,7 @@ class DriveCore final : private MachineEvents {
   /// Returns the same, read only. \rtsafe
   [[nodiscard]] const ObjectDictionary& process_values() const noexcept { return dictionary_; }
   /// Selects the actual values that every advance() publishes, because the bus sends them in its cycle: the others wait
-  /// until somebody reads them. Initially: all. \rtsafe
+  /// until they are read. Initially every cycle publishes all. \rtsafe
   void send(ValueGroups groups) noexcept {
     complete_publication();
     sent_ = groups.with(ValueGroup::kPosition);
@@ -270,7 +270,7 @@ class DriveCore final : private MachineEvents {
   Commands quiet_commands_;       ///< when `quiet_` was set
   bool quiet_ = false;            ///< nothing but the axis moves, see quiet()
   bool states_shown_ = false;     ///< the last publish_states() is valid, because the drive has been quiet since
-  std::uint16_t state_bits_ = 0;  ///< of the status word
+  std::uint16_t state_bits_ = 0;  ///< bits of the status word that publish_states() has found
   bool brake_closed_ = false;     ///< the brake holds the shaft in this control cycle
   bool settings_changed_ = true;
   bool initialise_control_ = true;  ///< the next apply_settings() applies the units of the factor group

@@ -76,7 +76,7 @@ class FineInterpolator {
   std::uint16_t bridged_ = 1;  ///< maximum number of extrapolated periods
   std::uint16_t made_up_ = 0;  ///< extrapolated samples since the last received sample
   double stop_rate_ = std::numeric_limits<double>::infinity();
-  double steady_change_ = std::numeric_limits<double>::infinity();  ///< of a steady rise from period to period
+  double steady_change_ = std::numeric_limits<double>::infinity();  ///< a steady rise changes no more
   double top_speed_ = std::numeric_limits<double>::infinity();
   double step_s_ = 62.5e-6;
   double period_s_ = 125e-6;         ///< steps_ * step_s_
