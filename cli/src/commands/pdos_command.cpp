@@ -14,7 +14,7 @@ namespace driveline::cli {
 namespace {
 
 /// Header that the declarations need.
-constexpr std::string_view kHeader = "driveline/ecat_master/configuration/pdo_mapping.hpp";
+constexpr std::string_view kHeader = "driveline/motion/cia301/pdo_configuration.hpp";
 
 struct PdosOptions {
   runtime::BusOptions bus;
