@@ -6,8 +6,10 @@
 #include <sys/socket.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <stdexcept>
+#include <thread>
 
 namespace driveline::bench {
 namespace {
@@ -21,6 +23,15 @@ constexpr std::uint64_t kSendAddress = std::uint64_t{kFrames - 1} * kFrameBytes;
 
 [[noreturn]] void fail(const char* what) {
   throw std::runtime_error(std::string("AF_XDP: ") + what + ": " + std::strerror(errno));
+}
+
+/// Retries for three seconds: the kernel frees the queue of a closed socket later, when its work queues get to it.
+void bind_patiently(int socket, const sockaddr_xdp& address) {
+  constexpr int kAttempts = 300;
+  for (int attempt = 0; bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0; ++attempt) {
+    if (errno != EBUSY || attempt == kAttempts) fail("cannot bind");
+    std::this_thread::sleep_for(std::chrono::milliseconds{10});
+  }
 }
 
 std::uint32_t look(const std::uint32_t* index) noexcept {
@@ -52,7 +63,7 @@ XdpLoop::XdpLoop(const std::string& interface) : socket_(::socket(AF_XDP, SOCK_R
   address.sxdp_family = AF_XDP;
   address.sxdp_ifindex = if_nametoindex(interface.c_str());
   address.sxdp_flags = XDP_COPY | XDP_USE_NEED_WAKEUP;
-  if (bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) fail("cannot bind");
+  bind_patiently(socket_.get(), address);
   auto program = port::XdpProgram::attach(static_cast<int>(address.sxdp_ifindex), socket_.get(), false);
   if (!program) {
     errno = program.error().error_number;
