@@ -30,7 +30,10 @@ class TwoProcesses(WireTest):
         self.assertEqual([axis["name"] for axis in document["axes"]], AXES)
         self.assertEqual(document["faults"], [])
         self.assertGreater(document["cycles"] * document["cycle_ns"], 125e6)
-        self.assertTrue(all(axis["following_error_rms"] > 0 for axis in document["axes"]))
+        # These move from the beginning of the path on. Others begin later, and the path waits for a machine that misses periods.
+        first = [axis["following_error_rms"] for axis in document["axes"] if axis["name"] in ("x", "y", "z")]
+        self.assertEqual(len(first), 3)
+        self.assertTrue(all(error > 0 for error in first), first)
         self.wait_for_init(line)
         self.assertIn("states:" + " INIT" * len(AXES), self.end_line(line))
 
