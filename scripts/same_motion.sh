@@ -74,7 +74,7 @@ lines() { # checkout build results
   for file in "$root"/examples/*.toml; do
     name=$(basename "$file" .toml)
     for mode in '' csp csv cst script; do
-      local arguments=(--config "$file" --virtual --duration 2 --no-plots --json)
+      local arguments=(--config "$file" --virtual --duration 2 --no-plots --no-telemetry --json)
       case "$mode" in
         '') ;;
         script) [ -e "${file%.toml}.txt" ] || continue
