@@ -210,6 +210,7 @@ void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
   settings.receive = options_.receive;
   settings.trace = options_.trace;
   if (options_.copies) settings.copies = options_.copies(*master_);
+  traced_ = !make_runner;
   if (!make_runner) {
     make_runner = [this](ecat_master::CyclicCore& core) {
       return std::make_unique<motion::InlineRunner>(core, drives_.clock);
@@ -243,6 +244,7 @@ void LineOperation::drain() {
 }
 
 void LineOperation::trace() {
+  if (!traced_) return;
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     const auto& drive = drives_.drive(i);
     trace_.add(drive.motion().position_demand(), drive.motion().velocity_demand(), drive.velocity_rad_s());

@@ -153,6 +153,7 @@ class LineOperation {
 
   DriveLine& drives_;
   MotionTrace trace_;
+  bool traced_ = false;  ///< false: another thread steps the drives
   port::Port& port_;
   RunOptions options_;
   runtime::LineConfig config_;
