@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 #include "text/gnuplot.hpp"
@@ -109,10 +108,15 @@ std::string numbers(const std::vector<PlotMark>& events, double span_s, int tag)
 AxisPlots::AxisPlots(std::vector<runtime::AxisRunReport> axes, bool increments, const std::vector<PlotMark>& marks,
                      std::vector<ValueRange> ranges)
     : axes_(std::move(axes)), increments_(increments), ranges_(std::move(ranges)) {
-  std::partition_copy(marks.begin(), marks.end(), std::back_inserter(missed_), std::back_inserter(events_),
-                      [](const PlotMark& mark) { return mark.missed; });
+  for (const auto& mark : marks) {
+    if (!is_before_picture(mark)) (mark.missed ? missed_ : events_).push_back(mark);
+  }
   std::stable_sort(events_.begin(), events_.end(),
                    [](const PlotMark& a, const PlotMark& b) { return a.time_s < b.time_s; });
+}
+
+bool AxisPlots::is_before_picture(const PlotMark& mark) const {
+  return !ranges_.empty() && !ranges_[0].empty() && mark.time_s < ranges_[0].low;
 }
 
 std::size_t AxisPlots::rows(std::size_t panels_per_axis) const {

@@ -20,7 +20,8 @@ struct PlotMark {
 /// The gnuplot scripts of the pictures of the axes. Their data are the columns of axes.csv.
 class AxisPlots {
  public:
-  /// `ranges`: ranges of the columns of axes.csv. `increments`: adds a second axis in drive increments to each panel.
+  /// `ranges`: ranges of the columns of axes.csv; marks before the first row are left out. `increments`: adds
+  /// a second axis in drive increments to each panel.
   AxisPlots(std::vector<runtime::AxisRunReport> axes, bool increments, const std::vector<PlotMark>& marks,
             std::vector<ValueRange> ranges);
 
@@ -31,6 +32,7 @@ class AxisPlots {
 
  private:
   [[nodiscard]] std::string head(std::size_t panels_per_axis, std::string_view output, std::string_view title) const;
+  [[nodiscard]] bool is_before_picture(const PlotMark& mark) const;
   [[nodiscard]] std::string marks() const;
   [[nodiscard]] std::string position_panel(std::size_t axis) const;
   [[nodiscard]] std::string error_panel(std::size_t axis, bool by_drive) const;

@@ -47,7 +47,7 @@ std::string percentile_marks(const std::array<std::chrono::nanoseconds, 4>& figu
       const bool left = log_us(time) > kUnresolvedAt + 0.85 * (end - kUnresolvedAt);
       script += fmt::format(
           "set arrow {0} from {1:.4f},graph 0 to {1:.4f},graph 1 nohead dt 3\n"
-          "set label {0} '{2} {3:.2f} us' at {1:.4f},graph {4:.2f} {5} font ',9'\n",
+          "set label {0} '{2} {3:.2f} us' at {1:.4f},graph {4:.2f} front boxed {5} font ',9'\n",
           number, log_us(time), name, static_cast<double>(time.count()) / 1000.0, 1.03 - 0.07 * number,
           left ? "right offset -0.4,0" : "offset 0.4,0");
     }
@@ -95,7 +95,7 @@ std::string jitter_script(const PlotFacts& facts) {
          "stats 'jitter.csv' skip 1 using ($3+$4) nooutput\n"
          "set multiplot layout 2,1\n"
          "set ylabel 'cycles'\nset xlabel 'time'\n"
-         "set logscale y\nset grid\nset style fill solid 0.7\nset boxwidth 0.1\n"
+         "set logscale y\nset grid\nset style fill solid 0.7\nset boxwidth 0.1\nset style textbox opaque noborder\n"
          "set key tmargin right horizontal samplen 2\n"
          "set yrange [0.5:0.5*(2*STATS_sum+4)**1.5]\n" +
          fmt::format("set xrange [-2.2:{:.4f}]\n", end) +
@@ -115,15 +115,17 @@ PlotFacts plot_facts(const runtime::RunReport& report) {
                       histogram.max()};
   };
   PlotFacts facts{report.period, of(report.statistics.wake_latency), of(report.statistics.cost), {}};
-  if (report.statistics.missed_periods > 0)
-    facts.marks.push_back({report.longest_absence_at_s, true, "the longest absence of the master"});
-  for (const auto& event : report.events) {
-    if (facts.marks.size() == kMaxMarks) break;
+  // The recording of a long run has only its end, so the last events count.
+  for (auto next = report.events.rbegin(); next != report.events.rend() && facts.marks.size() < kMaxMarks; ++next) {
+    const auto& event = *next;
     if (!event.time || event.severity < runtime::Severity::kNotice) continue;
     const bool away = event.is<runtime::events::MasterAway>() || event.is<runtime::events::MasterAwayOften>();
     facts.marks.push_back(
         {std::chrono::duration<double>(*event.time).count(), away, describe(event, report.increments)});
   }
+  std::reverse(facts.marks.begin(), facts.marks.end());
+  if (report.statistics.missed_periods > 0)
+    facts.marks.push_back({report.longest_absence_at_s, true, "the longest absence of the master"});
   return facts;
 }
 

@@ -22,7 +22,8 @@ struct PlotFacts {
   std::vector<PlotMark> marks{};
 };
 
-/// The data of a run: events of its operation from severity kNotice on become marks, at most 60 of them.
+/// The data of a run: events of its operation from severity kNotice on become marks, at most the last 60, and
+/// the longest absence of the master.
 [[nodiscard]] PlotFacts plot_facts(const runtime::RunReport& report);
 
 /// Writes the histograms of a run as CSV: lower and upper bound in ns, then the counts of wake-up latency and cycle

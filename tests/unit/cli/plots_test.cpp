@@ -186,7 +186,8 @@ TEST_F(Plots, JitterHasEqualLogarithmicBarsTheDeadlineAndMissedPeriodsAtTheirDel
       << "a bar begins at the deadline, so that none has both kinds";
   EXPECT_THAT(script, HasSubstr("set arrow 9 from 2.0969,graph 0 to 2.0969,graph 1 nohead lw 2 lc 'red'"));
   EXPECT_THAT(script, HasSubstr("'p99 1.04 us' at 0.0170"));
-  EXPECT_THAT(script, HasSubstr("'max 3000.00 us' at 3.4771,graph 0.75 right")) << "left of its line: it is the end";
+  EXPECT_THAT(script, HasSubstr("'max 3000.00 us' at 3.4771,graph 0.75 front boxed right"))
+      << "left of its line: it is the end";
   EXPECT_THAT(script, HasSubstr("set xrange [-2.2:3.6771]"));
   EXPECT_THAT(script, HasSubstr("using (-2):($1<25 ? $3 : 0) smooth frequency"));
   EXPECT_THAT(script, HasSubstr("using (bar($1)):($1>=deadline ? $3 : 0) smooth frequency with boxes lc rgb 'red'"));
@@ -239,11 +240,36 @@ TEST_F(Plots, MarksAreWhatHappenedInOperation) {
   EXPECT_EQ(facts.period, std::chrono::microseconds{250});
   EXPECT_EQ(facts.wake[3], nanoseconds{100});
   ASSERT_EQ(facts.marks.size(), 3U);
-  EXPECT_EQ(facts.marks[0].time_s, 1.5);
-  EXPECT_TRUE(facts.marks[1].missed);
-  EXPECT_EQ(facts.marks[1].time_s, 1.25);
-  EXPECT_FALSE(facts.marks[2].missed);
-  EXPECT_EQ(facts.marks[2].text, describe(report.events[3]));
+  EXPECT_TRUE(facts.marks[0].missed);
+  EXPECT_EQ(facts.marks[0].time_s, 1.25);
+  EXPECT_FALSE(facts.marks[1].missed);
+  EXPECT_EQ(facts.marks[1].text, describe(report.events[3]));
+  EXPECT_TRUE(facts.marks[2].missed);
+  EXPECT_EQ(facts.marks[2].time_s, 1.5);
+}
+
+TEST_F(Plots, ALongRunHasTheMarksOfItsLastMinutes) {
+  leave_csv_files();
+  runtime::RunReport report;
+  constexpr int kEvents = 75;
+  for (int i = 0; i < kEvents; ++i) {
+    report.events.push_back(
+        {runtime::events::CommunicationLost{}, runtime::Severity::kFault, std::chrono::seconds{100 + i}});
+  }
+  const auto facts = plot_facts(report);
+  ASSERT_EQ(facts.marks.size(), 60U);
+  EXPECT_EQ(facts.marks.front().time_s, 115.0);
+  EXPECT_EQ(facts.marks.back().time_s, 174.0);
+
+  // The first row of the recording is at 0 s.
+  const std::vector<PlotMark> marks{
+      {-3.5, false, "before the recording"}, {-2.5, true, "away"}, {0.0, false, "first"}, {99.5, false, "after"}};
+  ASSERT_TRUE(draw_plots(directory, axes(), false, {.marks = marks}));
+  const auto script = read(directory / "plots.gp");
+  EXPECT_THAT(script, HasSubstr("'1  0.000 s  first'"));
+  EXPECT_THAT(script, HasSubstr("'2  99.500 s  after'")) << "the event that ended the run";
+  EXPECT_THAT(script, Not(HasSubstr("before the recording")));
+  EXPECT_THAT(script, Not(HasSubstr("periods missed")));
 }
 
 TEST_F(Plots, OneAxisHasTheWholePicture) {
