@@ -22,6 +22,9 @@ CAST = re.compile(r"\breinterpret_cast\b")
 # An error of the library has facts with names, and describe() makes the sentence.
 STRING_ERROR = re.compile(r"\b(?:expected\s*<[^;{}()]*,|unexpected\s*<)\s*std::string\s*>")
 ERRORS_WITH_FACTS = {"rt", "wire", "port", "snapshot", "motion", "ecat_master", "trajectory", "esi", "slaves", "bridge", "runtime"}
+# The bits of a drive profile belong to its link: motions work with drives of any profile.
+PROFILE_BITS = re.compile(r"\b(?:cia402::command|command_bit|status_bit|next_control_word|decode_state)\b")
+PROFILE_FOLDERS = {"drive", "cia402"}
 NOLINT = re.compile(r"NOLINT(?:NEXTLINE|BEGIN)?\b(?P<rest>[^\n]*)")
 REASONED = re.compile(r"\([\w\-.*,| ]+\):?\s+\w.{9,}")
 
@@ -52,6 +55,10 @@ def file_errors(path, text, casts):
         code = code_only(text)
         for match in STRING_ERROR.finditer(code):
             errors.append(f"{path}:{line_of(code, match)}: a bare string as an error; give it a type with the facts")
+    if room_of(path) == "motion" and path.parent.name not in PROFILE_FOLDERS:
+        code = code_only(text)
+        for match in PROFILE_BITS.finditer(code):
+            errors.append(f"{path}:{line_of(code, match)}: {match.group()} outside of the drive's link; ask DriveLink")
     if room_of(path) == "cli" and str(path) not in PRINTERS:
         code = code_only(text)
         for match in PRINT.finditer(code):

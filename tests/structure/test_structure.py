@@ -231,6 +231,12 @@ class Constructs(unittest.TestCase):
                      "  auto v = a\n      ? b : c;"):
             self.assertEqual(self.errors(text), [], text)
 
+    def test_bits_of_a_drive_profile_belong_to_its_link(self):
+        for text in ("word |= cia402::command_bit::kHalt;", "return cia402::command::kShutdown;", "decode_state(word)"):
+            self.assertEqual(len(self.errors(text, "ecat_master/motion/src/single_axis/a.cpp")), 1, text)
+            self.assertEqual(self.errors(text, "ecat_master/motion/src/drive/cia402_link.cpp"), [])
+            self.assertEqual(self.errors(text, "cli/src/text/a.cpp"), [])
+
     def test_prints_past_the_console(self):
         for text in ('fmt::print("{}", name);', "std::cout << name;", 'std::fputs(name, stderr);'):
             self.assertTrue(self.errors(text, "cli/src/a.cpp"), text)

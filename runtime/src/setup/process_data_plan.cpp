@@ -6,7 +6,7 @@
 
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
-#include "driveline/motion/axis/axis_objects.hpp"
+#include "driveline/motion/drive/axis_objects.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 
 namespace driveline::runtime {

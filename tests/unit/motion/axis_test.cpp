@@ -388,18 +388,40 @@ TEST(AxisRange, IsWrappedAsTheDriveCounts) {
   }
 }
 
-TEST(AxisCommandBits, AreThoseOfTheModeAndOfAnEnabledAxis) {
-  auto c = config(Mode::kProfilePosition);
-  Bench bench(c);
-  EXPECT_TRUE(bench.axis.complete());
-  bench.axis.set_command_bits(0xFFFF);
-  bench.read("3702 01 E8030000 00000000 00000000 0000 0000");
-  bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
-  EXPECT_EQ(bench.written(), hex("7F01 01 D0070000 B80B0000 00000000 0000 0000"));
-  bench.read("3302 01 E8030000 00000000 00000000 0000 0000");
-  bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
-  EXPECT_EQ(bench.written()[0], std::byte{0x0F});
-  EXPECT_EQ(bench.written()[1], std::byte{0x00});
+/// Requests to the drive are bits of the control word (CiA 402-2), of an enabled axis only.
+TEST(AxisRequests, AreBitsOfTheControlWordOfAnEnabledAxis) {
+  using Request = void (*)(DriveLink&);
+  struct Row {
+    Request request;
+    const char* control_word;
+  };
+  const Row rows[] = {
+      {[](DriveLink& drive) { drive.begin_homing(); }, "1F00"},
+      {[](DriveLink& drive) { drive.begin_positioning(DriveLink::TargetChange::kAtOnce); }, "2F00"},
+      {[](DriveLink& drive) { drive.begin_velocity(); }, "0F00"},
+      {[](DriveLink& drive) { drive.begin_velocity_on_ramp(2.5); }, "7F00"},
+      {[](DriveLink& drive) { drive.halt(); }, "0F01"},
+      {[](DriveLink& drive) {
+         drive.halt();
+         drive.end_request();
+       },
+       "0F00"},
+  };
+  for (const auto& [request, control_word] : rows) {
+    Bench bench(config(Mode::kProfilePosition));
+    EXPECT_TRUE(bench.axis.complete());
+    request(bench.axis.drive());
+    bench.read("3702 01 E8030000 00000000 00000000 0000 0000");
+    bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
+    EXPECT_EQ(bench.written(), hex(std::string(control_word) + " 01 D0070000 B80B0000 00000000 0000 0000"));
+    bench.write(Goal::kQuickStop, {2.0, 3.0, 4.0});
+    EXPECT_EQ(bench.written()[0], std::byte{0x02});
+    EXPECT_EQ(bench.written()[1], std::byte{0x00});
+    bench.read("3302 01 E8030000 00000000 00000000 0000 0000");
+    bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
+    EXPECT_EQ(bench.written()[0], std::byte{0x0F});
+    EXPECT_EQ(bench.written()[1], std::byte{0x00});
+  }
 }
 
 /// Following errors of an axis at standstill at 1 rad while the setpoints 2, 3, 4, ... are sent.

@@ -1,4 +1,4 @@
-#include "driveline/motion/single_axis/homing_handshake.hpp"
+#include "driveline/motion/drive/homing_handshake.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "driveline/motion/cia402/cia402.hpp"
-#include "driveline/motion/single_axis/profile_handshake.hpp"
+#include "driveline/motion/drive/profile_handshake.hpp"
 
 namespace driveline::motion {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "driveline/motion/axis/touch_probe.hpp"
+#include "driveline/motion/drive/touch_probe.hpp"
 
 namespace driveline::motion {
 namespace {

@@ -6,10 +6,10 @@
 #include <limits>
 #include <utility>
 
-#include "axis/axis_entries.hpp"
+#include "drive/drive_entries.hpp"
 #include "driveline/motion/axis/axis_compensation.hpp"
-#include "driveline/motion/axis/axis_objects.hpp"
 #include "driveline/motion/axis/mode_change.hpp"
+#include "driveline/motion/drive/axis_objects.hpp"
 
 namespace driveline::motion {
 namespace {
@@ -27,57 +27,11 @@ bool needs_torque_offset(const AxisConfig& config) noexcept {
   return config.feed_forward.any() && config.mode != cia402::Mode::kCyclicTorque;
 }
 
-/// Bit n is set if all objects of mode n are mapped.
-std::uint32_t possible_modes(const AxisConfig& config, const PdoConfiguration& pdos) {
-  using cia402::Mode;
-  std::uint32_t modes = 0;
-  if (config.is_virtual()) return 1U << static_cast<unsigned>(Mode::kCyclicPosition);
-  for (const auto mode :
-       {Mode::kProfilePosition, Mode::kVelocity, Mode::kProfileVelocity, Mode::kHoming, Mode::kInterpolatedPosition,
-        Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
-    if (missing_objects(mode, pdos, needs_torque_offset(config)).empty()) modes |= 1U << static_cast<unsigned>(mode);
-  }
-  return modes;
-}
-
 AxisConfig without_drive(AxisConfig config) {
   config.slave = AxisConfig::kNoSlave;
   config.mode = cia402::Mode::kCyclicPosition;
   config.supported_modes = cia402::mode_bit(config.mode);
   return config;
-}
-
-/// State of an ideal drive without faults that executes the control word at once.
-snapshot::AxisState state_by(std::uint16_t control_word) noexcept {
-  using snapshot::AxisState;
-  switch (control_word & cia402::command::kEnableOperation) {
-    case cia402::command::kShutdown:
-      return AxisState::kReadyToSwitchOn;
-    case cia402::command::kSwitchOn:
-      return AxisState::kSwitchedOn;
-    case cia402::command::kEnableOperation:
-      return AxisState::kOperationEnabled;
-    default:
-      return AxisState::kSwitchOnDisabled;
-  }
-}
-
-/// 6041h in this state (CiA 402-2, "State coding").
-std::uint16_t status_word_of(snapshot::AxisState state) noexcept {
-  constexpr std::uint16_t kSwitchOnDisabled = 0x0040;
-  constexpr std::uint16_t kReadyToSwitchOn = 0x0021;
-  constexpr std::uint16_t kSwitchedOn = 0x0023;
-  constexpr std::uint16_t kOperationEnabled = 0x0027;
-  switch (state) {
-    case snapshot::AxisState::kReadyToSwitchOn:
-      return kReadyToSwitchOn;
-    case snapshot::AxisState::kSwitchedOn:
-      return kSwitchedOn;
-    case snapshot::AxisState::kOperationEnabled:
-      return kOperationEnabled;
-    default:
-      return kSwitchOnDisabled;
-  }
 }
 
 /// Number of increments in the position range; 2^32 without a range.
@@ -90,6 +44,14 @@ std::int64_t range_of(const AxisConfig& config) {
 double counts_per_unit(const AxisConfig& config) {
   if (config.velocity_count == 0.0) return 0.0;
   return (config.reversed ? -1.0 : 1.0) / config.velocity_count;
+}
+
+Cia402Link::Settings link_settings(const AxisConfig& config) {
+  const double sign = config.reversed ? -1.0 : 1.0;
+  return {{sign * config.increments_per_unit, sign * config.rated_torque / 1000.0},
+          {config.limits.max_velocity, config.limits.max_acceleration, config.limits.max_acceleration,
+           config.increments_per_unit, counts_per_unit(config)},
+          needs_torque_offset(config)};
 }
 
 ModeChange::Settings change_settings(const AxisConfig& config) {
@@ -142,37 +104,13 @@ const PdoConfiguration& axis_pdo_configuration() {
 Axis::Axis(AxisConfig config, const ImagePlace& place, const PdoConfiguration& pdos)
     : config_(std::move(config)),
       divider_(std::max(place.divider, 1U)),
-      possible_modes_(possible_modes(config_, pdos)),
       mode_(config_.mode),
       wanted_(config_.mode),
       scale_(config_.reversed ? -config_.increments_per_unit : config_.increments_per_unit),
-      nm_per_permille_((config_.reversed ? -config_.rated_torque : config_.rated_torque) / 1000.0),
       range_(range_of(config_)),
       setpoints_(delay_of(config_)),
       feeds_(config_.offset_delay_cycles),
-      control_word_(entry<std::uint16_t>(pdos.outputs, place.output_offset, 0x6040)),
-      mode_object_(entry<std::int8_t>(pdos.outputs, place.output_offset, 0x6060)),
-      target_position_(entry<std::int32_t>(pdos.outputs, place.output_offset, 0x607A)),
-      interpolation_data_(entry<std::int32_t>(pdos.outputs, place.output_offset, 0x60C1, 1)),
-      target_velocity_(entry<std::int32_t>(pdos.outputs, place.output_offset, 0x60FF)),
-      velocity_offset_(entry<std::int32_t>(pdos.outputs, place.output_offset, 0x60B1)),
-      target_torque_(entry<std::int16_t>(pdos.outputs, place.output_offset, 0x6071)),
-      torque_offset_(entry<std::int16_t>(pdos.outputs, place.output_offset, 0x60B2)),
-      status_word_(entry<std::uint16_t>(pdos.inputs, place.input_offset, 0x6041)),
-      mode_display_(entry<std::int8_t>(pdos.inputs, place.input_offset, 0x6061)),
-      actual_position_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x6064)),
-      actual_velocity_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x606C)),
-      following_error_object_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x60F4)),
-      actual_torque_(entry<std::int16_t>(pdos.inputs, place.input_offset, 0x6077)),
-      error_code_(entry<std::uint16_t>(pdos.inputs, place.input_offset, 0x603F)),
-      demand_position_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x6062)),
-      demand_velocity_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x606B)),
-      demand_torque_(entry<std::int16_t>(pdos.inputs, place.input_offset, 0x6074)),
-      digital_inputs_(entry<std::uint32_t>(pdos.inputs, place.input_offset, 0x60FD)),
-      probe_(place, pdos),
-      profile_(place, pdos,
-               {config_.limits.max_velocity, config_.limits.max_acceleration, config_.limits.max_acceleration,
-                config_.increments_per_unit, counts_per_unit(config_)}),
+      drive_(Cia402Link(place, pdos, link_settings(config_))),
       change_(std::make_unique<ModeChange>(change_settings(config_))),
       compensation_(compensation_of(config_)) {
   note_change();
@@ -191,7 +129,7 @@ ModeChange::Measured Axis::measured() const noexcept {
           inputs_.velocity,
           inputs_.torque,
           fresh_ && trusted_,
-          actual_torque_.has_value(),
+          drive_.reports_torque(),
           static_cast<cia402::Mode>(inputs_.mode),
           step / std::chrono::duration<double>(config_.period).count()};
 }
@@ -202,8 +140,8 @@ void Axis::note_change() noexcept {
   const bool by_position = !pending_ && cia402::by_position(mode_);
   const bool by_velocity = !pending_ && mode_ == cia402::Mode::kCyclicVelocity;
   const bool adds_torque = config_.adds_offsets || needs_torque_offset(config_);
-  velocity_by_offset_ = by_position || (config_.adds_offsets && velocity_offset_);
-  torque_by_offset_ = by_position || by_velocity || (adds_torque && torque_offset_);
+  velocity_by_offset_ = by_position || (config_.adds_offsets && drive_.takes_velocity_offset());
+  torque_by_offset_ = by_position || by_velocity || (adds_torque && drive_.takes_torque_offset());
 }
 
 bool Axis::set_mode(cia402::Mode mode) noexcept {
@@ -285,8 +223,7 @@ void Axis::compensate(bool moving, const trajectory::AxisSetpoint& setpoint) noe
 /// Updates the inputs of a virtual axis, which has executed its last outputs.
 void Axis::simulate_drive() noexcept {
   fresh_ = true;
-  inputs_.state = state_by(targets_.control_word);
-  inputs_.status_word = status_word_of(inputs_.state);
+  drive_.obey(inputs_);
   inputs_.mode = static_cast<std::int8_t>(mode_);
   inputs_.position = targets_.position;
   inputs_.velocity = targets_.velocity;
@@ -303,24 +240,16 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh,
     inputs_.state = snapshot::AxisState::kUnavailable;
     return;
   }
-  probe_.read(image, fresh_);
-  inputs_.status_word = take(status_word_, image);
-  inputs_.error_code = take(error_code_, image);
-  inputs_.mode = take(mode_display_, image);
-  inputs_.state = cia402::decode_state(inputs_.status_word);
+  const auto counts = drive_.read(image, fresh_, inputs_);
   passing_ = passing_ && !shows_mode();
-  const bool follows = shows_mode() && (inputs_.status_word & cia402::status_bit::kFollowsSetpoints) != 0;
+  const bool follows = shows_mode() && inputs_.follows;
   followed_ = inputs_.state == snapshot::AxisState::kOperationEnabled && (followed_ || follows);
-  count(take(actual_position_, image));
+  count(counts.actual);
   if (compensation_ && fresh_) compensation_->update(cia402::by_position(mode_));
   inputs_.position = of_axis(static_cast<double>(count_) / scale_);
-  inputs_.velocity = velocity_of_axis(take(actual_velocity_, image) / scale_);
-  inputs_.torque = take(actual_torque_, image) * nm_per_permille_;
-  inputs_.drive_following_error = take(following_error_object_, image) / scale_;
-  if (demand_position_) inputs_.demand_position = position_of(take(demand_position_, image));
-  if (demand_velocity_) inputs_.demand_velocity = velocity_of_axis(take(demand_velocity_, image) / scale_);
-  if (demand_torque_) inputs_.demand_torque = take(demand_torque_, image) * nm_per_permille_;
-  if (digital_inputs_) inputs_.digital_inputs = take(digital_inputs_, image);
+  inputs_.velocity = velocity_of_axis(inputs_.velocity);
+  inputs_.demand_velocity = velocity_of_axis(inputs_.demand_velocity);
+  if (counts.demand) inputs_.demand_position = position_of(*counts.demand);
 }
 
 /// Unwraps the position: while the drive is switched on, a step of less than a quarter of the range continues across
@@ -418,7 +347,7 @@ Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexce
   targets.feed_velocity = targets.velocity;
   targets.feed_torque = targets.torque;
   if (cia402::by_position(mode_)) return targets;
-  if (!cyclic(mode_)) return {0, setpoint.position, setpoint.velocity, 0.0};
+  if (!cyclic(mode_)) return {setpoint.position, setpoint.velocity};
   if (mode_ == cia402::Mode::kCyclicTorque && setpoint.torque) {
     correction_ = 0.0;
     return targets;
@@ -519,22 +448,8 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
   }
   delay_offset();
   limit_torque();
-  targets_.control_word = cia402::next_control_word(inputs_.state, goal);
-  // Fault reset acts on the rising edge of bit 7, so it is set for one request and cleared by the next.
-  if (reset_fault && fault()) targets_.control_word = cia402::command::kFaultReset;
-  const bool interpolated = mode_ == cia402::Mode::kInterpolatedPosition;
-  // Set the bit together with the command to enable: a drive that is enabled without it brakes until it gets it.
-  if (interpolated && targets_.control_word == cia402::command::kEnableOperation) {
-    targets_.control_word |= cia402::command_bit::kInterpolate;
-  } else if (moving && goal == cia402::Goal::kEnabled) {
-    targets_.control_word |= command_bits_;
-  }
-  put(control_word_, image, targets_.control_word);
-  put(mode_object_, image, static_cast<std::int8_t>(pending_ ? change_->commanded_mode(mode_) : mode_));
   if (compensation_) compensate(moving, setpoint);
-  write_targets(image);
-  probe_.write(image);
-  profile_.write(image);
+  write_drive(image, goal, reset_fault && fault());
   compare(moving);
 }
 
@@ -560,27 +475,24 @@ double Axis::followed_setpoint() const noexcept {
 }
 
 /// The sums of targets and offsets are valid in the mode of the drive, and in every mode during a mode change.
-void Axis::write_targets(std::span<std::byte> image) const noexcept {
-  const double permille = 1.0 / nm_per_permille_;
+void Axis::write_drive(std::span<std::byte> image, cia402::Goal goal, bool reset_fault) noexcept {
   AxisCompensation::DriveTarget drive_target{targets_.position};
   if (compensation_) drive_target = compensation_->drive_target(targets_.position);
-  const double velocity =
-      velocity_by_offset_ ? drive_target.slope * targets_.feed_velocity + drive_target.velocity : 0.0;
-  const double torque = torque_by_offset_ ? targets_.feed_torque : 0.0;
-  const auto position = wrapped(drive_target.position * scale_);
-  put(target_position_, image, position);
-  put(interpolation_data_, image, position);
-  put(velocity_offset_, image, saturate<std::int32_t>(velocity * scale_));
-  const double sum = drive_target.slope * targets_.velocity + drive_target.velocity;
-  put(target_velocity_, image, saturate<std::int32_t>((sum - velocity) * scale_));
-  const auto offset = saturate<std::int16_t>(torque * permille);
-  put(torque_offset_, image, offset);
-  // Round the sum only once.
-  put(target_torque_, image, saturate<std::int16_t>(saturate<std::int16_t>(targets_.torque * permille) - offset));
+  DriveTargets drive;
+  drive.goal = goal;
+  drive.state = inputs_.state;
+  drive.reset_fault = reset_fault;
+  drive.mode = pending_ ? change_->commanded_mode(mode_) : mode_;
+  drive.position = wrapped(drive_target.position * scale_);
+  if (velocity_by_offset_) drive.velocity_offset = drive_target.slope * targets_.feed_velocity + drive_target.velocity;
+  drive.velocity = drive_target.slope * targets_.velocity + drive_target.velocity - drive.velocity_offset;
+  drive.torque = targets_.torque;
+  if (torque_by_offset_) drive.torque_offset = targets_.feed_torque;
+  drive_.write(image, drive);
 }
 
 void Axis::fill(snapshot::AxisSample& sample) const noexcept {
-  sample.control_word = targets_.control_word;
+  sample.control_word = drive_.control_word();
   sample.status_word = inputs_.status_word;
   sample.mode = inputs_.mode;
   sample.state = inputs_.state;
@@ -591,7 +503,7 @@ void Axis::fill(snapshot::AxisSample& sample) const noexcept {
   sample.target_torque = targets_.torque;
   sample.actual_torque = inputs_.torque;
   sample.following_error = following_error_;
-  if (following_error_object_) sample.drive_following_error = inputs_.drive_following_error;
+  if (drive_.reports_following_error()) sample.drive_following_error = inputs_.drive_following_error;
   sample.error_code = inputs_.error_code;
   sample.digital_inputs = inputs_.digital_inputs;
   sample.demand_position = inputs_.demand_position;

@@ -14,7 +14,7 @@ AxisError Gantry::refusal_of_homing(const AxisRequest& request) const noexcept {
     return AxisError::kTooFar;
   if (!(std::abs(request.distance_si) > 0.0)) return AxisError::kNothingToDo;
   for (const auto* const axis : {&leader_, &follower_}) {
-    if (!axis->axis().probe().possible(request.trigger)) return AxisError::kProbeObjects;
+    if (!axis->axis().drive().probe_possible(request.trigger)) return AxisError::kProbeObjects;
   }
   return AxisError::kNone;
 }
@@ -52,8 +52,8 @@ void Gantry::advance_homing() noexcept {
       return;
     case Homing::kArming: {
       if (lost()) return end_homing(RequestPhase::kError, error_of(probes_));
-      const auto armed = TouchProbe::Phase::kArmed;
-      if (leader_.axis().probe().phase() < armed || follower_.axis().probe().phase() < armed) return;
+      const auto armed = DriveLink::ProbePhase::kArmed;
+      if (leader_.axis().drive().probe_phase() < armed || follower_.axis().drive().probe_phase() < armed) return;
       auto way = homing_request_;
       way.command = AxisCommand::kMoveRelative;
       way.target_si = way.distance_si;

@@ -40,7 +40,7 @@ void SingleAxis::interrupt_drive() noexcept {
   const bool by_field = axis_->inputs().mode == static_cast<std::int8_t>(cia402::Mode::kVelocity);
   if (by_drive_ == ByDrive::kEntering && !by_field) return leave_drive_mode();
   if (by_drive_ == ByDrive::kInterrupted || by_drive_ == ByDrive::kLeaving) return;
-  axis_->set_command_bits(homes() ? 0 : cia402::command_bit::kHalt);
+  homes() ? axis_->drive().end_request() : axis_->drive().halt();
   still_since_ = cycle_;
   still_place_ = axis_->inputs().position;
   enter(ByDrive::kInterrupted);
@@ -93,8 +93,7 @@ bool SingleAxis::swings() noexcept {
 /// Waits until the drive has reported standstill for a while: its first report may be older than the end of the
 /// movement.
 void SingleAxis::watch_interruption() noexcept {
-  const bool stands = (axis_->inputs().status_word & cia402::status_bit::kTargetReached) != 0;
-  if (swings() || !stands) still_since_ = cycle_;
+  if (swings() || !axis_->drive().stands_still()) still_since_ = cycle_;
   if (time_since(still_since_) >= kDriveSettling) return leave_drive_mode();
   if (exceeded(drive_since_, settings_.quick_stop_time))
     fail(homes() ? AxisError::kHomingTimeout : AxisError::kTargetTimeout);
@@ -109,8 +108,8 @@ void SingleAxis::leave_drive_mode() noexcept {
 
 void SingleAxis::end_by_drive() noexcept {
   by_drive_ = ByDrive::kNone;
-  axis_->set_command_bits(0);
-  axis_->profile().set_target(0.0);
+  axis_->drive().end_request();
+  axis_->drive().profile().set_target(0.0);
   return_mode_.reset();
   if (state_ != PlcopenState::kStopping && !active_) state_ = PlcopenState::kStandstill;
   finish(drive_request_, RequestPhase::kDone);
@@ -126,8 +125,8 @@ void SingleAxis::drop_by_drive(AxisError error) noexcept {
   if (by_drive_ == ByDrive::kNone) return;
   finish(drive_request_, RequestPhase::kError, error);
   finish(drive_next_, RequestPhase::kAborted, error);
-  axis_->set_command_bits(0);
-  axis_->profile().set_target(0.0);
+  axis_->drive().end_request();
+  axis_->drive().profile().set_target(0.0);
   by_drive_ = ByDrive::kNone;
 }
 

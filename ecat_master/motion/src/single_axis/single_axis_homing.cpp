@@ -13,29 +13,28 @@ void SingleAxis::take_home(std::uint64_t id) noexcept {
 
 /// From here on the drive controls the motion.
 void SingleAxis::start_homing() noexcept {
-  handshake_.start(axis_->inputs().status_word);
-  axis_->set_command_bits(cia402::command_bit::kHomingStart);
+  axis_->drive().begin_homing();
   homed_ = snapshot::AxisHomed::kNo;
   enter(ByDrive::kRunning);
 }
 
 void SingleAxis::judge_homing() noexcept {
   if (exchanged_) {
-    const auto state = handshake_.judge(axis_->inputs().status_word, time_since(drive_since_));
-    if (state == HomingHandshake::State::kFailed) return fail(AxisError::kHoming);
-    if (state == HomingHandshake::State::kAttained) return enter(ByDrive::kAttained);
+    const auto state = axis_->drive().homing_progress(time_since(drive_since_));
+    if (state == DriveLink::HomingProgress::kFailed) return fail(AxisError::kHoming);
+    if (state == DriveLink::HomingProgress::kAttained) return enter(ByDrive::kAttained);
   }
   if (exceeded(drive_since_, settings_.homing_timeout)) fail(AxisError::kHomingTimeout);
 }
 
 bool SingleAxis::homing_has_failed() noexcept {
   return by_drive_ == ByDrive::kRunning && homes() &&
-         handshake_.judge(axis_->inputs().status_word, time_since(drive_since_)) == HomingHandshake::State::kFailed;
+         axis_->drive().homing_progress(time_since(drive_since_)) == DriveLink::HomingProgress::kFailed;
 }
 
 /// Takes over the new zero of the drive; earlier position names are invalid.
 void SingleAxis::take_new_zero() noexcept {
-  axis_->set_command_bits(0);
+  axis_->drive().end_request();
   axis_->recount();
   watch_.forget();
   end_probe(RequestPhase::kAborted, AxisError::kNone);

@@ -26,7 +26,7 @@ AxisError SingleAxis::refusal_of_probe(const AxisRequest& request) const noexcep
   for (const double position : {request.window_first_si, request.window_last_si, request.distance_si}) {
     if (!representable(axis_->config(), position)) return AxisError::kTooFar;
   }
-  if (!axis_->probe().possible(request.trigger)) return AxisError::kProbeObjects;
+  if (!axis_->drive().probe_possible(request.trigger)) return AxisError::kProbeObjects;
   if (request.command == AxisCommand::kTouchProbe) return AxisError::kNone;
   if (!(std::abs(request.distance_si) > 0.0)) return AxisError::kNothingToDo;
   const double end = generator_.state().position + request.distance_si;
@@ -39,7 +39,7 @@ void SingleAxis::take_probe(std::uint64_t id, const AxisRequest& request) noexce
   probe_request_ = id;
   probed_ = request;
   probe_since_ = cycle_;
-  axis_->probe().arm(request.trigger);
+  axis_->drive().arm_probe(request.trigger);
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
 }
 
@@ -51,25 +51,25 @@ void SingleAxis::take_abort_trigger(std::uint64_t id) noexcept {
 
 void SingleAxis::end_probe(RequestPhase phase, AxisError error) noexcept {
   if (probe_request_ == 0) return;
-  axis_->probe().disarm();
+  axis_->drive().disarm_probe();
   finish(probe_request_, phase, error);
 }
 
 void SingleAxis::advance_probe() noexcept {
   if (probe_request_ == 0) return;
-  auto& probe = axis_->probe();
+  auto& drive = axis_->drive();
   if (axis_->inputs().state == snapshot::AxisState::kUnavailable)
     return end_probe(RequestPhase::kError, AxisError::kLost);
-  if (probe.phase() == TouchProbe::Phase::kLatched) {
-    const double position = axis_->position_of(probe.value()) + offset_;
+  if (drive.probe_phase() == DriveLink::ProbePhase::kLatched) {
+    const double position = axis_->position_of(drive.probe_value()) + offset_;
     if (in_window(probed_, position)) {
       recorded_ = {position, probe_request_};
       return end_probe(RequestPhase::kDone, AxisError::kNone);
     }
     probe_since_ = cycle_;
-    return probe.arm(probed_.trigger);
+    return drive.arm_probe(probed_.trigger);
   }
-  if (probe.phase() < TouchProbe::Phase::kArmed && exceeded(probe_since_, kProbeReaction))
+  if (drive.probe_phase() < DriveLink::ProbePhase::kArmed && exceeded(probe_since_, kProbeReaction))
     end_probe(RequestPhase::kError, AxisError::kProbe);
 }
 
@@ -77,7 +77,7 @@ void SingleAxis::advance_probe() noexcept {
 void SingleAxis::take_search(std::uint64_t id, const AxisRequest& request) noexcept {
   end_probe(RequestPhase::kAborted, AxisError::kNone);
   probe_since_ = cycle_;
-  axis_->probe().arm(request.trigger);
+  axis_->drive().arm_probe(request.trigger);
   active_ = Move{id, request, generator_.state().position};
   search_ = Search::kArming;
   state_ = PlcopenState::kHoming;
@@ -87,17 +87,17 @@ void SingleAxis::take_search(std::uint64_t id, const AxisRequest& request) noexc
 
 /// Advances the search; the return to the position of the event starts from the present motion.
 void SingleAxis::advance_search() noexcept {
-  auto& probe = axis_->probe();
+  auto& drive = axis_->drive();
   if (search_ == Search::kReturning) return;
-  if (probe.phase() == TouchProbe::Phase::kLatched) {
-    home_ = axis_->position_of(probe.value());
-    probe.disarm();
+  if (drive.probe_phase() == DriveLink::ProbePhase::kLatched) {
+    home_ = axis_->position_of(drive.probe_value());
+    drive.disarm_probe();
     search_ = Search::kReturning;
     active_->target = home_;
     return replan();
   }
   if (search_ == Search::kSearching) return;
-  if (probe.phase() == TouchProbe::Phase::kArmed) {
+  if (drive.probe_phase() == DriveLink::ProbePhase::kArmed) {
     search_ = Search::kSearching;
     active_->target = generator_.state().position + active_->request.distance_si;
     return replan();
@@ -135,7 +135,7 @@ bool SingleAxis::name_home() noexcept {
 void SingleAxis::end_search() noexcept {
   if (search_ == Search::kNone) return;
   search_ = Search::kNone;
-  axis_->probe().disarm();
+  axis_->drive().disarm_probe();
 }
 
 }  // namespace driveline::motion

@@ -8,7 +8,7 @@ namespace driveline::motion {
 AxisError SingleAxis::refusal_of_profile(const AxisRequest& request) const noexcept {
   const auto mode = drive_mode(request.command);
   const bool ramps = mode != cia402::Mode::kVelocity;  // those of velocity mode are set in the drive (6048h, 6049h)
-  const auto& objects = axis_->profile();
+  const auto& objects = axis_->drive().profile();
   if (!axis_->supports(mode)) return AxisError::kNoSuchMode;
   if (!mode_may_change() || !axis_->can_change(mode)) return AxisError::kMode;
   // Values whose objects are not mapped are set in the drive, so a request must not contain them.
@@ -53,7 +53,7 @@ void SingleAxis::begin_profile(const Move& move) noexcept {
   state_ = runs_by_drive(command) ? PlcopenState::kContinuousMotion : PlcopenState::kDiscreteMotion;
   give_to_drive(move);
   if (by_drive_ == ByDrive::kNone) {
-    profile_ = {};
+    axis_->drive().forget_target();
     return start_by_drive(move.id, command, drive_mode(command));
   }
   finish(drive_request_, RequestPhase::kAborted);
@@ -71,7 +71,8 @@ void SingleAxis::give_to_drive(const Move& move) noexcept {
   drive_target_ = {velocity ? setpoint_.position : move.target, velocity ? request.target_si : 0.0, 0.0};
   const auto& limits = axis_->config().limits;
   const double faster = request.acceleration_si > 0.0 ? request.acceleration_si : limits.max_acceleration;
-  axis_->profile().set(velocity_of(request), faster, request.deceleration_si > 0.0 ? request.deceleration_si : faster);
+  axis_->drive().profile().set(velocity_of(request), faster,
+                               request.deceleration_si > 0.0 ? request.deceleration_si : faster);
   given_since_ = cycle_;
 }
 
@@ -81,7 +82,7 @@ void SingleAxis::give_next_to_drive() noexcept {
   const auto next = take_waiting();
   give_to_drive(next);
   drive_next_ = next.id;
-  profile_.start_position(ProfileHandshake::Change::kBehind);
+  axis_->drive().begin_positioning(DriveLink::TargetChange::kBehind);
 }
 
 void SingleAxis::begin_next_in_drive() noexcept {
@@ -93,18 +94,16 @@ void SingleAxis::begin_next_in_drive() noexcept {
 }
 
 void SingleAxis::start_profile() noexcept {
-  const auto status_word = axis_->inputs().status_word;
+  auto& drive = axis_->drive();
   if (drive_command_ == AxisCommand::kDriveRun) {
     // Only once the drive is in the mode: without its ramp bits it would run at once.
-    axis_->profile().set_target(drive_target_.velocity);
-    profile_.start_velocity(status_word, cia402::command_bit::kFollowRamp);
+    drive.begin_velocity_on_ramp(drive_target_.velocity);
   } else if (drive_command_ == AxisCommand::kDriveMoveVelocity) {
-    profile_.start_velocity(status_word);
+    drive.begin_velocity();
   } else {
-    profile_.start_position(ProfileHandshake::Change::kAtOnce);
+    drive.begin_positioning(DriveLink::TargetChange::kAtOnce);
   }
   given_since_ = cycle_;
-  axis_->set_command_bits(profile_.command_bits());
   enter(ByDrive::kRunning);
 }
 
@@ -117,22 +116,21 @@ void SingleAxis::judge_profile() noexcept {
   }
   if (!velocity && exceeded(drive_since_, settings_.target_timeout)) return fail(AxisError::kTargetTimeout);
   if (!exchanged_) return;
-  switch (profile_.judge(inputs.status_word, time_since(given_since_))) {
-    case ProfileHandshake::State::kRunning:
+  switch (axis_->drive().target_progress(time_since(given_since_))) {
+    case DriveLink::TargetProgress::kRunning:
       break;
-    case ProfileHandshake::State::kNext:
+    case DriveLink::TargetProgress::kNext:
       begin_next_in_drive();
       break;
-    case ProfileHandshake::State::kNotTaken:
+    case DriveLink::TargetProgress::kNotTaken:
       return fail(AxisError::kNoTarget);
-    case ProfileHandshake::State::kReached:
+    case DriveLink::TargetProgress::kReached:
       if (velocity) return table_->set(drive_request_, {RequestPhase::kReached, AxisError::kNone});
       if (waiting_count_ > 0) break;
-      axis_->set_command_bits(0);
+      axis_->drive().end_request();
       return leave_drive_mode();
   }
-  if (waiting_count_ > 0 && profile_.under_way()) give_next_to_drive();
-  axis_->set_command_bits(profile_.command_bits());
+  if (waiting_count_ > 0 && axis_->drive().target_under_way()) give_next_to_drive();
 }
 
 }  // namespace driveline::motion

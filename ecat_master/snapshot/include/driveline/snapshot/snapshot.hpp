@@ -84,9 +84,9 @@ struct LineSample {
   std::int64_t round_trip_ns = 0;     ///< from sending to receiving the frame; 0 when none returned
   std::int64_t dc_difference_ns = 0;  ///< reference clock minus the master's estimate, most recent value
   std::uint32_t missed_periods = 0;   ///< periods skipped before this cycle
-  std::uint16_t working_counter = 0;  ///< received working counter
+  std::uint16_t working_counter = 0;  ///< answers that came; on EtherCAT, the working counters received
   std::uint16_t expected_working_counter =
-      0;                        ///< expected working counter: sum over the datagrams that were due, from the FMMUs
+      0;                        ///< answers that were due; on EtherCAT, the sum over the datagrams, from the FMMUs
   std::uint16_t axes = 0;       ///< number of axes; as many AxisSamples follow with the same cycle number
   bool frame_received = false;  ///< all frames that were due have returned in time
   bool dc_locked = false;       ///< the grid is locked to the reference clock

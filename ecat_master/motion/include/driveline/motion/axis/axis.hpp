@@ -10,13 +10,13 @@
 
 #include "driveline/motion/axis/feed_forward.hpp"
 #include "driveline/motion/axis/mode_change.hpp"
-#include "driveline/motion/axis/profile_objects.hpp"
 #include "driveline/motion/axis/setpoint_delay.hpp"
-#include "driveline/motion/axis/touch_probe.hpp"
 #include "driveline/motion/cia301/image_place.hpp"
 #include "driveline/motion/cia301/pdo_configuration.hpp"
 #include "driveline/motion/cia402/cia402.hpp"
 #include "driveline/motion/cia402/cyclic_mode.hpp"
+#include "driveline/motion/drive/axis_inputs.hpp"
+#include "driveline/motion/drive/drive_link.hpp"
 #include "driveline/snapshot/snapshot.hpp"
 #include "driveline/trajectory/motion_limits.hpp"
 #include "driveline/trajectory/position_unit.hpp"
@@ -132,30 +132,12 @@ struct AxisConfig {
 /// if the master does.
 [[nodiscard]] double dead_time_cycles(const AxisConfig& axis) noexcept;
 
-/// Decoded inputs of an axis; an invalid cycle does not change them.
-struct AxisInputs {
-  std::uint16_t status_word = 0;                                  ///< object 6041h
-  std::uint16_t error_code = 0;                                   ///< 603Fh
-  std::int8_t mode = 0;                                           ///< 6061h
-  snapshot::AxisState state = snapshot::AxisState::kUnavailable;  ///< CiA 402 state from the status word
-  double position = 0.0;                                          ///< rad or m; continues beyond the 32-bit range
-  double velocity = 0.0;                                          ///< rad/s or m/s
-  double torque = 0.0;                                            ///< Nm or N
-  double drive_following_error = 0.0;  ///< following error reported by the drive (60F4h), rad or m
-  /// Demand values of the drive's loops (6062h, 606Bh, 6074h); each is NaN where it is not mapped.
-  double demand_position = std::numeric_limits<double>::quiet_NaN();  ///< rad or m
-  double demand_velocity = std::numeric_limits<double>::quiet_NaN();  ///< rad/s or m/s
-  double demand_torque = std::numeric_limits<double>::quiet_NaN();    ///< Nm or N
-  std::int64_t digital_inputs = snapshot::kNoDigitalInputs;           ///< 60FDh; kNoDigitalInputs: not mapped
-};
-
 /// The process data objects that drive an axis: three RxPDOs and three TxPDOs of at most 8 bytes each (MSD manual
 /// 8.3.4), sufficient for CSP, CSV and CST without remapping.
 [[nodiscard]] const PdoConfiguration& axis_pdo_configuration();
 
-/// One axis in the process image: decodes its inputs, writes its control word and targets.
-///
-/// Objects that are not mapped are skipped on output and read as zero; a Motion refuses an axis with missing_objects().
+/// One axis: unwraps its positions, closes the loops of the master, changes modes, and exchanges with its drive through
+/// a DriveLink. A Motion refuses an axis with missing_objects().
 /// Used by the real-time thread only once the cycle runs; everything except the constructor is \rtsafe.
 class Axis {
  public:
@@ -209,7 +191,7 @@ class Axis {
   /// Whether set_mode() accepts this mode.
   [[nodiscard]] bool can_change(cia402::Mode mode) const noexcept {
     const bool movable = mode != cia402::Mode::kCyclicTorque || config_.velocity_gain > 0.0;
-    return mode == wanted_ || (possible(mode) && supports(mode) && movable && mode_object_ && mode_display_);
+    return mode == wanted_ || (possible(mode) && supports(mode) && movable && drive_.changes_mode());
   }
   /// Whether the drive has the mode, according to AxisConfig::supported_modes.
   [[nodiscard]] bool supports(cia402::Mode mode) const noexcept {
@@ -245,23 +227,17 @@ class Axis {
   /// Converts a position that the drive reported in increments, near its present position, to rad or m, as
   /// AxisInputs::position.
   [[nodiscard]] double position_of(std::int32_t increments) const noexcept;
-  /// The touch probe of the drive; unmapped objects are skipped.
-  [[nodiscard]] TouchProbe& probe() noexcept { return probe_; }
-  /// The touch probe, read-only.
-  [[nodiscard]] const TouchProbe& probe() const noexcept { return probe_; }
-  /// Limits of the movements that the drive generates itself; unmapped objects are skipped.
-  [[nodiscard]] ProfileObjects& profile() noexcept { return profile_; }
+  /// The drive: requests to it, and what its process data contain. In modes in which the drive generates the motion,
+  /// setpoint position and velocity are written unchanged and take effect by requests.
+  [[nodiscard]] DriveLink& drive() noexcept { return drive_; }
+  /// The drive, read-only.
+  [[nodiscard]] const DriveLink& drive() const noexcept { return drive_; }
   /// Mode that the drive is in or is changing to: that of the last set_mode().
   [[nodiscard]] cia402::Mode mode() const noexcept { return wanted_; }
   /// Mode in which the drive continues if no frame reaches it any more.
   [[nodiscard]] cia402::Mode mode_in_force() const noexcept { return pending_ ? change_->in_force(mode_) : mode_; }
   /// Whether the drive is in mode(); 6061h, if mapped, has shown it for several exchanges.
   [[nodiscard]] bool mode_ready() const noexcept { return !pending_ && mode_ == wanted_ && shows_mode(); }
-  /// Sets the bits of cia402::command_bit that the control word of an enabled axis has from now on, in addition to
-  /// those of its state. In modes in which the drive generates the motion, setpoint position and velocity are written
-  /// unchanged (607Ah, 60FFh) and take effect according to these bits.
-  void set_command_bits(std::uint16_t bits) noexcept { command_bits_ = bits & cia402::command_bit::kAll; }
-
   /// The configuration given to the constructor. \rtsafe
   [[nodiscard]] const AxisConfig& config() const noexcept { return config_; }
   /// Whether the process data contain all objects that the mode needs (missing_objects()). \rtsafe
@@ -280,9 +256,7 @@ class Axis {
   }
   /// Whether the last outputs commanded Operation enabled: the drive may be on although it has not confirmed yet.
   /// \rtsafe
-  [[nodiscard]] bool commanded_on() const noexcept {
-    return (targets_.control_word & cia402::command::kEnableOperation) == cia402::command::kEnableOperation;
-  }
+  [[nodiscard]] bool commanded_on() const noexcept { return drive_.commanded_on(); }
   /// Whether the axis is enabled() and has not been commanded off since. \rtsafe
   [[nodiscard]] bool stays_on() const noexcept { return enabled() && commanded_on(); }
   /// Whether the axis stays_on() and, if it has AxisConfig::follow_bit, the drive has reported since it was enabled
@@ -294,7 +268,7 @@ class Axis {
   }
   /// Whether the last status word reports a fault, even while the axis is unavailable.
   [[nodiscard]] bool reports_fault() const noexcept {
-    const auto state = cia402::decode_state(inputs_.status_word);
+    const auto state = drive_.reported_state();
     return state == snapshot::AxisState::kFault || state == snapshot::AxisState::kFaultReactionActive;
   }
   /// Fills all fields except cycle, time, axis number and the fields known only to MotionControl::fill().
@@ -302,7 +276,6 @@ class Axis {
 
  private:
   struct Targets {
-    std::uint16_t control_word = 0;
     double position = 0.0;
     double velocity = 0.0;
     double torque = 0.0;
@@ -311,13 +284,13 @@ class Axis {
     double feed_torque = 0.0;
   };
   void simulate_drive() noexcept;
-  void write_targets(std::span<std::byte> image) const noexcept;
+  void write_drive(std::span<std::byte> image, cia402::Goal goal, bool reset_fault) noexcept;
   [[nodiscard]] double lead_s() const noexcept;
   [[nodiscard]] bool shows_mode() const noexcept {
-    return !mode_display_ || inputs_.mode == static_cast<std::int8_t>(mode_);
+    return !drive_.shows_mode() || inputs_.mode == static_cast<std::int8_t>(mode_);
   }
   [[nodiscard]] bool possible(cia402::Mode mode) const noexcept {
-    return (possible_modes_ >> static_cast<unsigned>(mode) & 1U) != 0;
+    return config_.is_virtual() ? mode == cia402::Mode::kCyclicPosition : drive_.possible(mode);
   }
   [[nodiscard]] double followed_setpoint() const noexcept;
   [[nodiscard]] Targets targets_in_change(const trajectory::AxisSetpoint& setpoint) noexcept;
@@ -339,18 +312,15 @@ class Axis {
   void count(std::int32_t increments) noexcept;
 
   AxisConfig config_;
-  std::uint32_t divider_;         ///< the drive is exchanged in every n-th cycle
-  std::uint32_t possible_modes_;  ///< bit n: all objects of mode n are mapped
-  cia402::Mode mode_;             ///< mode commanded to the drive, or about to be
-  cia402::Mode wanted_;           ///< requested mode; differs from mode_ while a change waits
-  double scale_;                  ///< increments of the drive per rad or m, signed by its direction
-  double nm_per_permille_;        ///< Nm or N per mille, signed likewise
-  bool changing_ = false;         ///< change_ is active
-  bool pending_ = false;          ///< change_ is pending: the drive may be in either mode
+  std::uint32_t divider_;  ///< the drive is exchanged in every n-th cycle
+  cia402::Mode mode_;      ///< mode commanded to the drive, or about to be
+  cia402::Mode wanted_;    ///< requested mode; differs from mode_ while a change waits
+  double scale_;           ///< increments of the drive per rad or m, signed by its direction
+  bool changing_ = false;  ///< change_ is active
+  bool pending_ = false;   ///< change_ is pending: the drive may be in either mode
   /// Whether the feed-forward is written to the offset object and only the rest to the target.
   bool velocity_by_offset_ = false;
   bool torque_by_offset_ = false;
-  std::uint16_t command_bits_ = 0;
   bool passing_ = false;   ///< changing between CSP and interpolated position; ends when the drive shows it
   bool followed_ = false;  ///< since it was enabled, the drive has reported that it follows setpoints
   std::int64_t range_;     ///< number of increments until positions wrap
@@ -369,27 +339,7 @@ class Axis {
   std::int64_t count_ = 0;
   std::int32_t last_count_ = 0;
   double following_error_ = 0.0;
-  std::optional<PdoEntry<std::uint16_t>> control_word_;           // 6040h
-  std::optional<PdoEntry<std::int8_t>> mode_object_;              // 6060h
-  std::optional<PdoEntry<std::int32_t>> target_position_;         // 607Ah
-  std::optional<PdoEntry<std::int32_t>> interpolation_data_;      // 60C1h:01
-  std::optional<PdoEntry<std::int32_t>> target_velocity_;         // 60FFh
-  std::optional<PdoEntry<std::int32_t>> velocity_offset_;         // 60B1h
-  std::optional<PdoEntry<std::int16_t>> target_torque_;           // 6071h
-  std::optional<PdoEntry<std::int16_t>> torque_offset_;           // 60B2h
-  std::optional<PdoEntry<std::uint16_t>> status_word_;            // 6041h
-  std::optional<PdoEntry<std::int8_t>> mode_display_;             // 6061h
-  std::optional<PdoEntry<std::int32_t>> actual_position_;         // 6064h
-  std::optional<PdoEntry<std::int32_t>> actual_velocity_;         // 606Ch
-  std::optional<PdoEntry<std::int32_t>> following_error_object_;  // 60F4h
-  std::optional<PdoEntry<std::int16_t>> actual_torque_;           // 6077h
-  std::optional<PdoEntry<std::uint16_t>> error_code_;             // 603Fh
-  std::optional<PdoEntry<std::int32_t>> demand_position_;         // 6062h
-  std::optional<PdoEntry<std::int32_t>> demand_velocity_;         // 606Bh
-  std::optional<PdoEntry<std::int16_t>> demand_torque_;           // 6074h
-  std::optional<PdoEntry<std::uint32_t>> digital_inputs_;         // 60FDh
-  TouchProbe probe_;                                              // 60B8h to 60BDh
-  ProfileObjects profile_;                                        // 6042h, 6081h, 6083h, 6084h
+  DriveLink drive_;
   std::unique_ptr<ModeChange> change_;              ///< on the heap, so that the data of every cycle stay compact
   std::unique_ptr<AxisCompensation> compensation_;  ///< null: no compensation
 };

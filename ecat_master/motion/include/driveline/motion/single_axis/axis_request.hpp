@@ -4,8 +4,8 @@
 #include <string_view>
 #include <type_traits>
 
-#include "driveline/motion/axis/probe_trigger.hpp"
 #include "driveline/motion/cia402/cia402.hpp"
+#include "driveline/motion/drive/probe_trigger.hpp"
 
 namespace driveline::motion {
 

@@ -15,8 +15,6 @@
 #include "driveline/motion/control/return_motion.hpp"
 #include "driveline/motion/control/setpoint_supply.hpp"
 #include "driveline/motion/single_axis/axis_request.hpp"
-#include "driveline/motion/single_axis/homing_handshake.hpp"
-#include "driveline/motion/single_axis/profile_handshake.hpp"
 #include "driveline/motion/single_axis/request_table.hpp"
 #include "driveline/motion/single_axis/setpoint_generator.hpp"
 #include "driveline/trajectory/rejoin.hpp"
@@ -370,12 +368,10 @@ class SingleAxis {
   ByDrive by_drive_ = ByDrive::kNone;
   AxisCommand drive_command_ = AxisCommand::kHome;
   trajectory::AxisSetpoint drive_target_{};  ///< target of the drive's profile generator
-  ProfileHandshake profile_{};
-  HomingHandshake handshake_{};
-  std::int64_t drive_since_ = 0;  ///< cycle in which the phase, or the present target of several, started
-  std::int64_t given_since_ = 0;  ///< cycle in which the last target was given
-  std::int64_t still_since_ = 0;  ///< cycle since which the axis has been at rest
-  double still_place_ = 0.0;      ///< position since still_since_
+  std::int64_t drive_since_ = 0;             ///< cycle in which the phase, or the present target of several, started
+  std::int64_t given_since_ = 0;             ///< cycle in which the last target was given
+  std::int64_t still_since_ = 0;             ///< cycle since which the axis has been at rest
+  double still_place_ = 0.0;                 ///< position since still_since_
   Torque torque_ = Torque::kNone;
   std::int64_t torque_since_ = 0;  ///< cycle in which the change to CST started
   double torque_nm_ = 0.0;         ///< torque of the ramp, Nm or N

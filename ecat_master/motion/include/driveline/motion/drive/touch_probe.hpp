@@ -6,10 +6,10 @@
 #include <optional>
 #include <span>
 
-#include "driveline/motion/axis/probe_trigger.hpp"
 #include "driveline/motion/cia301/image_place.hpp"
 #include "driveline/motion/cia301/pdo_configuration.hpp"
 #include "driveline/motion/cia301/pdo_entry.hpp"
+#include "driveline/motion/drive/probe_trigger.hpp"
 
 namespace driveline::motion {
 

@@ -1,4 +1,4 @@
-#include "driveline/motion/axis/axis_objects.hpp"
+#include "driveline/motion/drive/axis_objects.hpp"
 
 #include <fmt/format.h>
 

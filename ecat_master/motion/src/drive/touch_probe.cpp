@@ -1,6 +1,6 @@
-#include "driveline/motion/axis/touch_probe.hpp"
+#include "driveline/motion/drive/touch_probe.hpp"
 
-#include "axis/axis_entries.hpp"
+#include "drive/drive_entries.hpp"
 
 namespace driveline::motion {
 namespace {

@@ -1,9 +1,9 @@
-#include "driveline/motion/axis/profile_objects.hpp"
+#include "driveline/motion/drive/profile_objects.hpp"
 
 #include <cmath>
 #include <limits>
 
-#include "axis/axis_entries.hpp"
+#include "drive/drive_entries.hpp"
 
 namespace driveline::motion {
 

@@ -1,4 +1,4 @@
-#include "driveline/motion/single_axis/profile_handshake.hpp"
+#include "driveline/motion/drive/profile_handshake.hpp"
 
 #include "driveline/motion/cia402/cia402.hpp"
 

@@ -9,9 +9,9 @@
 #include <span>
 #include <vector>
 
-#include "driveline/motion/axis/axis_objects.hpp"
 #include "driveline/motion/cia301/pdo_configuration.hpp"
 #include "driveline/motion/cia301/pdo_entry.hpp"
+#include "driveline/motion/drive/axis_objects.hpp"
 
 namespace driveline::motion {
 
