@@ -115,8 +115,9 @@ class OwnController(WireTest):
         text = text.replace("[line]\n", f"[line]\ncycle_us = {cycle_us}\n")
         return self.write("own.toml", f"{text}\n[bus]\nmax_lost_cycles = 40\n[telemetry]\ndomain = {domain}\n{more}")
 
-    def check_runs(self, stdout, farthest):
-        for cycles, calls in ((8, 4000), (1, 32000)):
+    def check_runs(self, stdout, farthest, cycle_us=125):
+        for cycles in (8, 1):
+            calls = 4_000_000 // (cycles * cycle_us)
             told = re.search(rf"^every {cycles} cycles: (\d+) calls, (\d\.\d+) rad off at most", stdout, re.M)
             self.assertIsNotNone(told, stdout)
             # Periods that a busy machine misses are no calls.
@@ -129,12 +130,13 @@ class OwnController(WireTest):
         domain = self.own_domain()
         # Of two seconds: each of the runs has four, and bring-up before them.
         subscriber = self.start(domain, 10, PATIENCE_S, program=CYCLONE_SUBSCRIBER, log="subscriber.log")
-        own = self.start(self.write_line(domain), "dl-master", program=CONTROLLER, log="own.log")
+        # At 125 us both threads may need more than a processor, and the kernel stops them for 50 ms (RT throttling).
+        own = self.start(self.write_line(domain, cycle_us=250), "dl-master", program=CONTROLLER, log="own.log")
         self.assertEqual(own.wait(PATIENCE_S), 0, self.logs())
         self.assertEqual(subscriber.wait(PATIENCE_S), 0, self.logs())
         self.check_received(self.one_document(self.text("subscriber.log.out")))
         # While a busy machine is away, the last torque goes on; an axis that nobody drives would be 1 rad off.
-        self.check_runs(self.text("own.log.out"), farthest=0.9)
+        self.check_runs(self.text("own.log.out"), farthest=0.9, cycle_us=250)
         for published in re.findall(r"(\d+) samples of the axis published", self.text("own.log.out")):
             self.assertGreater(int(published), 1000)
         self.assertEqual(self.text("own.log").count("all in INIT"), 2, "after each of its runs")
