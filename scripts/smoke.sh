@@ -59,7 +59,12 @@ elif [ "$status" -ne 0 ]; then
   exit "$status"
 fi
 
-ip netns exec "$netns" "$driveline" simulate --config "$root/examples/line8-nic.toml" --iface dl-line >simulate.log 2>&1 &
+# The machine may be slow for some 50 ms, in which all answers are late. This run is about the program.
+sed 's/^max_lost_ms = .*/max_lost_ms = 500/' "$root/examples/line8-nic.toml" >line8-nic.toml
+cp "$root/examples/line8.csv" .
+grep -q '^max_lost_ms = 500$' line8-nic.toml
+
+ip netns exec "$netns" "$driveline" simulate --config line8-nic.toml --iface dl-line >simulate.log 2>&1 &
 line_pid=$!
 
 # The line is up when its packet socket for EtherType 88A4 shows in the namespace's socket table.
@@ -76,7 +81,7 @@ done
 # A machine that suspends one of the two processes for longer than the line puts up with ends a run; that says something
 # about the machine, so the run gets two more attempts. Anything else is a failure at once.
 for attempt in 1 2 3; do
-  if timeout 120 ip netns exec "$netns" "$driveline" run --config "$root/examples/line8-nic.toml" --iface dl-master \
+  if timeout 120 ip netns exec "$netns" "$driveline" run --config line8-nic.toml --iface dl-master \
        --duration 5 --telemetry --json >veth.json 2>master.log; then
     break
   fi
