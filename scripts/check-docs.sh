@@ -25,7 +25,7 @@ awk '
   / is not documented\.$/ && (/operator(=|==|<=>)\(/ || /\((variable|typedef)\)/ || / of namespace driveline::wire::reg is /) { next }
   !/^ *$/' "$temporary/warnings" >"$temporary/complaints"
 # Doxygen leaves out what is in a namespace without a comment, and says nothing.
-grep -rhoE --include='*.hpp' '^(inline )?namespace [a-z0-9_:]+' ./*/include ./ecat_master/*/include | awk '{ print $NF }' |
+grep -rhoE --include='*.hpp' '^(inline )?namespace [a-z0-9_:]+' ./*/include ./canopen/*/include ./ecat_master/*/include | awk '{ print $NF }' |
   sort -u | while read -r name; do
   case "$name" in *_detail) continue ;; esac
   page=${name//_/__}

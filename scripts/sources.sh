@@ -4,6 +4,6 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 rooms=("$@")
 if [ ${#rooms[@]} -eq 0 ]; then
-  rooms=(rt ecat_master trajectory esi slaves runtime bridge cli tests bench examples)
+  rooms=(rt canopen ecat_master trajectory esi slaves runtime bridge cli tests bench examples)
 fi
 find "${rooms[@]}" -type f \( -name '*.cpp' -o -name '*.hpp' \) | LC_ALL=C sort

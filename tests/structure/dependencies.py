@@ -49,7 +49,7 @@ def link_errors(graph, doors):
 def graph_errors(graph):
     """The graph itself must be whole, or the check above would pass for lack of edges."""
     libraries = {room for target, (room, _) in graph.items() if target == f"driveline_{room}"}
-    missing = {"rt", "bytes", "wire", "port", "snapshot", "trajectory", "esi", "motion", "ecat_master", "slaves"} - libraries
+    missing = {"rt", "bytes", "sdo", "wire", "canopen_wire", "port", "snapshot", "trajectory", "esi", "motion", "ecat_master", "slaves"} - libraries
     return [f"the link graph has no target driveline_{room}" for room in sorted(missing)]
 
 

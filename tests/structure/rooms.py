@@ -12,6 +12,8 @@ FOLDERS = {
     "ecat_master/snapshot": "snapshot",
     "ecat_master/motion": "motion",
     "ecat_master": "ecat_master",
+    "canopen/sdo": "sdo",
+    "canopen/wire": "canopen_wire",
     "trajectory": "trajectory",
     "esi": "esi",
     "slaves": "slaves",

@@ -20,7 +20,8 @@ WITHOUT_BUS = [
     "slaves/include/driveline/slaves/device_signals.hpp",
     "trajectory/include/driveline/trajectory",
     "esi/include/driveline/esi/data_type.hpp",  # data types of CiA 301
-    "ecat_master/wire/include/driveline/wire/sdo_abort.hpp",  # abort codes of CiA 301
+    "canopen/sdo/include/driveline/sdo",  # abort codes of CiA 301
+    "ecat_master/wire/include/driveline/wire/sdo_abort.hpp",  # the same by the name that CoE has for them
     "ecat_master/bytes/include/driveline/bytes/endian.hpp",  # byte order
     "rt/include/driveline/rt/output_place.hpp",  # where a file that is replaced really lies
 ]

@@ -62,11 +62,13 @@ std::string missing_tshark_text() {
 
 tl::expected<std::vector<DissectedPacket>, std::string> dissect(const std::filesystem::path& capture,
                                                                 const std::string& display_filter,
-                                                                const std::vector<std::string>& fields) {
+                                                                const std::vector<std::string>& fields,
+                                                                const std::string& decode_as) {
   const auto errors = std::filesystem::temp_directory_path() / (capture.filename().string() + ".tshark.err");
   std::string command = "tshark -n -r " + quoted(capture.string()) + " -T fields -E occurrence=a";
   command += " -E " + quoted(std::string("separator=") + kFieldSeparator);
   command += " -E " + quoted(std::string("aggregator=") + kValueSeparator);
+  if (!decode_as.empty()) command += " -d " + quoted(decode_as);
   if (!display_filter.empty()) command += " -Y " + quoted(display_filter);
   for (const auto& field : fields) command += " -e " + quoted(field);
   command += " 2>" + quoted(errors.string());
@@ -102,7 +104,8 @@ std::uint64_t to_number(std::string_view text) {
   return value;
 }
 
-void write_pcap(const std::filesystem::path& file, std::span<const std::vector<std::byte>> frames) {
+void write_pcap(const std::filesystem::path& file, std::span<const std::vector<std::byte>> frames,
+                std::uint32_t link_type) {
   std::ofstream out(file, std::ios::binary);
   put(out, 0xA1B2C3D4, 4);  // microseconds
   put(out, 2, 2);           // version 2.4
@@ -110,7 +113,7 @@ void write_pcap(const std::filesystem::path& file, std::span<const std::vector<s
   put(out, 0, 4);
   put(out, 0, 4);
   put(out, 262144, 4);  // snap length
-  put(out, 1, 4);       // Ethernet
+  put(out, link_type, 4);
   std::uint32_t microseconds = 0;
   for (const auto& frame : frames) {
     put(out, 1, 4);

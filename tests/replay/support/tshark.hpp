@@ -23,15 +23,20 @@ using FieldValues = std::vector<std::string>;
 using DissectedPacket = std::vector<FieldValues>;
 
 /// Runs tshark over `capture` and returns the packets that match `display_filter` (empty: all). The error is tshark's
-/// own text.
+/// own text. `decode_as` is its option -d, such as `can.subdissector,canopen`.
 [[nodiscard]] tl::expected<std::vector<DissectedPacket>, std::string> dissect(const std::filesystem::path& capture,
                                                                               const std::string& display_filter,
-                                                                              const std::vector<std::string>& fields);
+                                                                              const std::vector<std::string>& fields,
+                                                                              const std::string& decode_as = {});
 
 /// Number in tshark's notation: decimal, 0x hexadecimal, or True/False.
 [[nodiscard]] std::uint64_t to_number(std::string_view text);
 
-/// Writes frames as a classic pcap file of link type Ethernet, one microsecond apart.
-void write_pcap(const std::filesystem::path& file, std::span<const std::vector<std::byte>> frames);
+inline constexpr std::uint32_t kEthernetLink = 1;     ///< link type of Ethernet frames
+inline constexpr std::uint32_t kSocketCanLink = 227;  ///< link type of CAN frames with the header of SocketCAN
+
+/// Writes frames as a classic pcap file, one microsecond apart.
+void write_pcap(const std::filesystem::path& file, std::span<const std::vector<std::byte>> frames,
+                std::uint32_t link_type = kEthernetLink);
 
 }  // namespace driveline::replay

@@ -67,12 +67,12 @@ TEST(AlStatusCode, TheCodesThatMattersMost) {
 }
 
 TEST(SdoAbort, EveryCodeHasATextOfItsOwn) {
-  // ETG.1000.6 Table 41, typed a second time.
-  const std::vector<std::uint32_t> codes{0x05030000, 0x05040000, 0x05040001, 0x05040005, 0x06010000, 0x06010001,
-                                         0x06010002, 0x06010003, 0x06010004, 0x06010005, 0x06010006, 0x06020000,
-                                         0x06040041, 0x06040042, 0x06040043, 0x06040047, 0x06060000, 0x06070010,
-                                         0x06070012, 0x06070013, 0x06090011, 0x06090030, 0x06090031, 0x06090032,
-                                         0x06090036, 0x08000000, 0x08000020, 0x08000021, 0x08000022, 0x08000023};
+  // ETG.1000.6 Table 41 and CiA 301 7.2.4.3.17, typed a second time.
+  const std::vector<std::uint32_t> codes{
+      0x05030000, 0x05040000, 0x05040001, 0x05040002, 0x05040003, 0x05040004, 0x060A0023, 0x08000024, 0x05040005,
+      0x06010000, 0x06010001, 0x06010002, 0x06010003, 0x06010004, 0x06010005, 0x06010006, 0x06020000, 0x06040041,
+      0x06040042, 0x06040043, 0x06040047, 0x06060000, 0x06070010, 0x06070012, 0x06070013, 0x06090011, 0x06090030,
+      0x06090031, 0x06090032, 0x06090036, 0x08000000, 0x08000020, 0x08000021, 0x08000022, 0x08000023};
   std::set<std::string_view> texts;
   for (const auto code : codes) {
     EXPECT_TRUE(texts.insert(to_text(static_cast<SdoAbort>(code))).second) << std::hex << code;
