@@ -1,0 +1,57 @@
+#pragma once
+
+#include <set>
+
+#include "driveline/slaves/can/segment.hpp"
+
+namespace driveline::slaves::can {
+
+/// A CAN bus: a trunk with nodes in the order in which they were attached. Time is virtual: the bus and its nodes do
+/// what is due when advance() is called, and the same calls give the same frames at the same nanosecond. Not thread
+/// safe.
+class Bus {
+ public:
+  /// `seed` is for what happens now and then, such as errors by reflections.
+  explicit Bus(const Wiring& wiring = {}, std::uint64_t seed = 0);
+  Bus(const Bus&) = delete;
+  Bus& operator=(const Bus&) = delete;
+
+  /// Adds a node at the end of the trunk, before the first advance(). Its controller lives as long as the bus.
+  Controller& attach(Node& node, const ControllerOptions& options = {});
+  /// Does everything that is due up to and including `until`. Times before now() do nothing.
+  void advance(nanoseconds until);
+  /// Time of the last advance(). \rtsafe
+  [[nodiscard]] nanoseconds now() const noexcept { return now_; }
+  /// When advance() has something to do; kNever for nothing. \rtsafe
+  [[nodiscard]] nanoseconds next_event() const noexcept;
+  /// Figures since the start. \rtsafe
+  [[nodiscard]] const BusStatistics& statistics() const noexcept { return conditions_.statistics; }
+
+  /// \name Faults
+  /// @{
+
+  /// Adds a fault of the next frames.
+  void inject(const FrameFault& fault);
+  /// Cuts the trunk behind the node at this place, counted from 0; an error frame ends a frame under way. Each piece
+  /// has the terminator of its own end only.
+  void cut(std::size_t behind);
+  /// Joins the trunk behind this node again.
+  void mend(std::size_t behind);
+  /// Changes cable and terminators; an error frame ends a frame under way.
+  void set_wiring(const Wiring& wiring);
+  /// @}
+
+ private:
+  void arrange();
+  void advance_nodes();
+
+  BusConditions conditions_;
+  std::vector<Node*> nodes_;
+  std::vector<std::unique_ptr<Controller>> controllers_;
+  std::vector<Segment> segments_;
+  std::set<std::size_t> cuts_;  ///< places behind which the trunk is cut
+  bool arranged_ = false;       ///< segments_ are those of cuts_ and wiring
+  nanoseconds now_{0};
+};
+
+}  // namespace driveline::slaves::can

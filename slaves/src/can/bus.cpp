@@ -1,0 +1,85 @@
+#include "driveline/slaves/can/bus.hpp"
+
+#include <algorithm>
+
+namespace driveline::slaves::can {
+
+Bus::Bus(const Wiring& wiring, std::uint64_t seed) {
+  conditions_.wiring = wiring;
+  conditions_.random = RandomSource(seed);
+}
+
+Controller& Bus::attach(Node& node, const ControllerOptions& options) {
+  nodes_.push_back(&node);
+  controllers_.push_back(std::make_unique<Controller>(node, options));
+  arranged_ = false;
+  node.connected(*controllers_.back());
+  return *controllers_.back();
+}
+
+void Bus::inject(const FrameFault& fault) {
+  std::erase_if(conditions_.faults, [](const FrameFault& one) { return one.count == 0; });
+  conditions_.faults.push_back(fault);
+}
+
+void Bus::cut(std::size_t behind) {
+  cuts_.insert(behind);
+  arranged_ = false;
+}
+
+void Bus::mend(std::size_t behind) {
+  cuts_.erase(behind);
+  arranged_ = false;
+}
+
+void Bus::set_wiring(const Wiring& wiring) {
+  conditions_.wiring = wiring;
+  arranged_ = false;
+}
+
+/// Divides the trunk into its pieces.
+void Bus::arrange() {
+  if (arranged_) return;
+  nanoseconds idle_at = now_;
+  for (Segment& segment : segments_) idle_at = std::max(idle_at, segment.interrupt(now_));
+  segments_.clear();
+  const auto all = std::span<const std::unique_ptr<Controller>>(controllers_);
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const bool end = i + 1 == all.size();
+    if (!end && cuts_.count(i) == 0) continue;
+    const unsigned terminators = (first == 0 && conditions_.wiring.first_terminated ? 1U : 0U) +
+                                 (end && conditions_.wiring.last_terminated ? 1U : 0U);
+    segments_.emplace_back(all.subspan(first, i + 1 - first), first, terminators, conditions_, idle_at);
+    first = i + 1;
+  }
+  arranged_ = true;
+}
+
+nanoseconds Bus::next_event() const noexcept {
+  nanoseconds next = kNever;
+  for (const Node* node : nodes_) next = std::min(next, node->next_wake());
+  for (const Segment& segment : segments_) next = std::min(next, segment.next_event());
+  return std::max(next, now_);
+}
+
+void Bus::advance_nodes() {
+  for (Node* node : nodes_) {
+    if (node->next_wake() <= now_) node->advance(now_);
+  }
+}
+
+void Bus::advance(nanoseconds until) {
+  for (;;) {
+    arrange();
+    advance_nodes();
+    for (Segment& segment : segments_) segment.start(now_);
+    const nanoseconds next = next_event();
+    if (next > until) break;
+    now_ = next;
+    for (Segment& segment : segments_) segment.advance(now_);
+  }
+  now_ = std::max(now_, until);
+}
+
+}  // namespace driveline::slaves::can

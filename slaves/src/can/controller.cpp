@@ -1,0 +1,70 @@
+#include "driveline/slaves/can/controller.hpp"
+
+namespace driveline::slaves::can {
+
+void Node::transmitted(const Frame& /*frame*/, nanoseconds /*now*/) {}
+
+void Node::error_state_changed(ErrorState /*state*/, nanoseconds /*now*/) {}
+
+Controller::Controller(Node& node, const ControllerOptions& options)
+    : node_(&node), options_(options), queue_(options.queue_capacity) {}
+
+bool Controller::send(const Frame& frame) noexcept {
+  return takes_part() && queue_.push(frame);
+}
+
+void Controller::recover(nanoseconds now) noexcept {
+  if (errors_.state() == ErrorState::kBusOff && !recovery_.running()) recovery_.start(now);
+}
+
+void Controller::set_power(bool on) noexcept {
+  powered_ = on;
+  if (on) return;
+  queue_.clear();
+  sending_.reset();
+  errors_.reset();
+  recovery_.stop();
+}
+
+const Frame* Controller::competing() const noexcept {
+  if (!takes_part()) return nullptr;
+  return babble_ ? &*babble_ : queue_.front();
+}
+
+void Controller::begin() noexcept {
+  sending_ = *competing();
+  if (!babble_) queue_.pop();
+}
+
+void Controller::sent(nanoseconds now) {
+  const Frame frame = *sending_;
+  sending_.reset();
+  const ErrorState before = errors_.state();
+  errors_.sent();
+  report(before, now);
+  node_->transmitted(frame, now);
+  if (options_.loop_back) node_->receive(frame, now);
+}
+
+void Controller::retry() noexcept {
+  if (sending_ && !babble_) queue_.put_back(*sending_);
+  sending_.reset();
+}
+
+void Controller::report(ErrorState before, nanoseconds now) {
+  const ErrorState state = errors_.state();
+  if (state == before) return;
+  if (state == ErrorState::kBusOff) {
+    queue_.clear();
+    if (options_.automatic_recovery) recovery_.start(now);
+  }
+  node_->error_state_changed(state, now);
+}
+
+void Controller::recovered(nanoseconds now) {
+  recovery_.stop();
+  errors_.reset();
+  node_->error_state_changed(ErrorState::kActive, now);
+}
+
+}  // namespace driveline::slaves::can

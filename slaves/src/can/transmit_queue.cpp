@@ -1,0 +1,28 @@
+#include "driveline/slaves/can/transmit_queue.hpp"
+
+#include <algorithm>
+
+namespace driveline::slaves::can {
+
+bool TransmitQueue::push(const Frame& frame) noexcept {
+  if (waiting_.size() >= capacity_ || !frame.valid()) {
+    ++dropped_;
+    return false;
+  }
+  const std::uint32_t arbitration = canopen::arbitration_field(frame);
+  const auto place =
+      std::lower_bound(waiting_.begin(), waiting_.end(), arbitration,
+                       [](const Waiting& other, std::uint32_t value) { return other.arbitration > value; });
+  waiting_.insert(place, {arbitration, frame});
+  return true;
+}
+
+void TransmitQueue::put_back(const Frame& frame) noexcept {
+  const std::uint32_t arbitration = canopen::arbitration_field(frame);
+  const auto place =
+      std::upper_bound(waiting_.begin(), waiting_.end(), arbitration,
+                       [](std::uint32_t value, const Waiting& other) { return other.arbitration < value; });
+  waiting_.insert(place, {arbitration, frame});
+}
+
+}  // namespace driveline::slaves::can
