@@ -10,9 +10,9 @@ Bus::Bus(const Wiring& wiring, std::uint64_t seed) {
 }
 
 Controller& Bus::attach(Node& node, const ControllerOptions& options) {
+  take_apart();
   nodes_.push_back(&node);
   controllers_.push_back(std::make_unique<Controller>(node, options));
-  arranged_ = false;
   node.connected(*controllers_.back());
   return *controllers_.back();
 }
@@ -23,26 +23,29 @@ void Bus::inject(const FrameFault& fault) {
 }
 
 void Bus::cut(std::size_t behind) {
+  take_apart();
   cuts_.insert(behind);
-  arranged_ = false;
 }
 
 void Bus::mend(std::size_t behind) {
+  take_apart();
   cuts_.erase(behind);
-  arranged_ = false;
 }
 
 void Bus::set_wiring(const Wiring& wiring) {
+  take_apart();
   conditions_.wiring = wiring;
-  arranged_ = false;
+}
+
+void Bus::take_apart() {
+  for (Segment& segment : segments_) idle_at_ = std::max(idle_at_, segment.interrupt(now_));
+  segments_.clear();
 }
 
 /// Divides the trunk into its pieces.
 void Bus::arrange() {
-  if (arranged_) return;
-  nanoseconds idle_at = now_;
-  for (Segment& segment : segments_) idle_at = std::max(idle_at, segment.interrupt(now_));
-  segments_.clear();
+  if (!segments_.empty()) return;
+  const nanoseconds idle_at = std::max(idle_at_, now_);
   const auto all = std::span<const std::unique_ptr<Controller>>(controllers_);
   std::size_t first = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -53,7 +56,6 @@ void Bus::arrange() {
     segments_.emplace_back(all.subspan(first, i + 1 - first), first, terminators, conditions_, idle_at);
     first = i + 1;
   }
-  arranged_ = true;
 }
 
 nanoseconds Bus::next_event() const noexcept {

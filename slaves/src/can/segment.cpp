@@ -148,16 +148,16 @@ void Segment::start(nanoseconds now) {
   Transmission transmission{*senders_.front()->sending_};
   transmission.bit_time = senders_.front()->bit_time();
   std::size_t bits = 0;
-  decide(transmission, bits);
+  decide(transmission, bits, now);
   transmission.idle = now + static_cast<std::int64_t>(bits) * transmission.bit_time;
   transmission.end = transmission.idle - static_cast<std::int64_t>(canopen::kInterframeBits) * transmission.bit_time;
   conditions_->statistics.busy += transmission.idle - now;
   transmission_ = transmission;
 }
 
-void Segment::decide(Transmission& transmission, std::size_t& bits) {
+void Segment::decide(Transmission& transmission, std::size_t& bits, nanoseconds now) {
   std::size_t error_bit = 0;
-  if (senders_.size() > 1 && collide(error_bit)) {
+  if (senders_.size() > 1 && collide(error_bit, now)) {
     transmission.outcome = Outcome::kError;
   } else {
     transmission.frame = *senders_.front()->sending_;  // a collision may have left one sender
@@ -178,7 +178,7 @@ void Segment::decide(Transmission& transmission, std::size_t& bits) {
 /// Two frames with the same arbitration field and different contents: who sends recessive and sees dominant has an
 /// error. An active flag destroys the frame of all, a passive one only ends its own (ISO 11898-1, 10.4.3 and 12.1).
 /// Returns whether the frame is destroyed.
-bool Segment::collide(std::size_t& bits) {
+bool Segment::collide(std::size_t& bits, nanoseconds now) {
   const FrameBits first(*senders_.front()->sending_);
   for (std::size_t i = 1; i < senders_.size(); ++i) {
     const FrameBits other(*senders_[i]->sending_);
@@ -191,8 +191,8 @@ bool Segment::collide(std::size_t& bits) {
     recessive.errors_.transmit_error();
     recessive.retry();
     senders_.erase(std::find(senders_.begin(), senders_.end(), &recessive));
-    recessive.report(before, idle_at_);
-    return senders_.size() > 1 && collide(bits);
+    recessive.report(before, now);
+    return senders_.size() > 1 && collide(bits, now);
   }
   return false;
 }

@@ -34,6 +34,15 @@ std::uint32_t value_of(const ObjectDictionary& dictionary, std::uint16_t index, 
   return row == nullptr ? 0 : static_cast<std::uint32_t>(dictionary.raw(*row));
 }
 
+/// Whether the entry is a dummy: one of the data types BOOLEAN to UNSIGNED32 with its length (CiA 301 7.4.7).
+bool is_dummy(const MappingEntry& entry) noexcept {
+  if (entry.index < static_cast<unsigned>(esi::DataType::kBoolean)) return false;
+  if (entry.index > static_cast<unsigned>(esi::DataType::kUnsigned32) || entry.subindex != 0) return false;
+  EntryRow row;
+  row.type = static_cast<esi::DataType>(entry.index);
+  return entry.bits == bit_size(row);
+}
+
 bool in_block(std::uint16_t index, std::uint16_t first, std::uint16_t count) noexcept {
   return index >= first && index < first + count;
 }
@@ -43,6 +52,7 @@ SdoResult<void> check_mapping_entry(const ObjectDictionary& dictionary, const Pd
   if (raw == 0) return {};  // clears the entry
   const MappingEntry entry(raw);
   if (limits.gaps && entry.index == 0 && entry.bits != 0) return {};
+  if (limits.dummies && mappable == access::kRxMappable && is_dummy(entry)) return {};
   if (dictionary.table().object(entry.index).empty()) return tl::unexpected(SdoAbort::kObjectDoesNotExist);
   const auto* row = dictionary.table().find(entry.index, entry.subindex);
   if (row == nullptr) return tl::unexpected(SdoAbort::kSubindexDoesNotExist);
@@ -124,19 +134,32 @@ void PdoMap::append(const ObjectDictionary& dictionary, std::uint32_t entry) noe
   append_step(fields_.back());
 }
 
-void PdoMap::build(const ObjectDictionary& dictionary, std::size_t sync_manager, const PdoLimits& limits) noexcept {
+void PdoMap::clear() noexcept {
   fields_.clear();
   steps_.clear();
   bits_ = 0;
+}
+
+void PdoMap::append_pdo(const ObjectDictionary& dictionary, std::uint16_t mapping, const PdoLimits& limits) noexcept {
+  const std::uint32_t objects = value_of(dictionary, mapping, 0);
+  for (std::uint32_t sub = 1; sub <= std::min<std::uint32_t>(objects, limits.objects); ++sub) {
+    append(dictionary, value_of(dictionary, mapping, static_cast<std::uint8_t>(sub)));
+  }
+}
+
+void PdoMap::build(const ObjectDictionary& dictionary, std::size_t sync_manager, const PdoLimits& limits) noexcept {
+  clear();
   const std::uint16_t assignment = assignment_object(sync_manager);
   const std::uint32_t pdos = value_of(dictionary, assignment, 0);
   for (std::uint32_t i = 1; i <= std::min<std::uint32_t>(pdos, limits.pdos); ++i) {
-    const auto pdo = static_cast<std::uint16_t>(value_of(dictionary, assignment, static_cast<std::uint8_t>(i)));
-    const std::uint32_t objects = value_of(dictionary, pdo, 0);
-    for (std::uint32_t sub = 1; sub <= std::min<std::uint32_t>(objects, limits.objects); ++sub) {
-      append(dictionary, value_of(dictionary, pdo, static_cast<std::uint8_t>(sub)));
-    }
+    append_pdo(dictionary, static_cast<std::uint16_t>(value_of(dictionary, assignment, static_cast<std::uint8_t>(i))),
+               limits);
   }
+}
+
+void PdoMap::build_pdo(const ObjectDictionary& dictionary, std::uint16_t mapping, const PdoLimits& limits) noexcept {
+  clear();
+  append_pdo(dictionary, mapping, limits);
 }
 
 namespace {

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "driveline/canopen_wire/frame_bits.hpp"
-#include "scripted_node.hpp"
+#include "support/scripted_node.hpp"
 
 namespace driveline::slaves::can {
 namespace {

@@ -16,7 +16,8 @@ class Bus {
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
 
-  /// Adds a node at the end of the trunk, before the first advance(). Its controller lives as long as the bus.
+  /// Adds a node at the end of the trunk; an error frame ends a frame under way. Its controller lives as long as the
+  /// bus.
   Controller& attach(Node& node, const ControllerOptions& options = {});
   /// Does everything that is due up to and including `until`. Times before now() do nothing.
   void advance(nanoseconds until);
@@ -42,15 +43,16 @@ class Bus {
   /// @}
 
  private:
+  void take_apart();
   void arrange();
   void advance_nodes();
 
   BusConditions conditions_;
   std::vector<Node*> nodes_;
   std::vector<std::unique_ptr<Controller>> controllers_;
-  std::vector<Segment> segments_;
-  std::set<std::size_t> cuts_;  ///< places behind which the trunk is cut
-  bool arranged_ = false;       ///< segments_ are those of cuts_ and wiring
+  std::vector<Segment> segments_;  ///< empty: the trunk has changed
+  std::set<std::size_t> cuts_;     ///< places behind which the trunk is cut
+  nanoseconds idle_at_{0};         ///< when the wire is free after the last change
   nanoseconds now_{0};
 };
 

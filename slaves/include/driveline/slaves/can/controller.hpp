@@ -48,7 +48,7 @@ class Controller {
   void set_power(bool on) noexcept;
   /// The node sends this frame without pause and whatever it was told; an empty value ends that.
   void babble(const std::optional<Frame>& frame) noexcept { babble_ = frame; }
-  /// The transceiver holds the bus dominant, or stops to.
+  /// The transceiver holds the bus dominant from the end of the frame under way on, or stops to.
   void hold_dominant(bool held) noexcept { dominant_ = held; }
   /// @}
 

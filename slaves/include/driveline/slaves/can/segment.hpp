@@ -56,8 +56,8 @@ class Segment {
   };
 
   void choose_senders(nanoseconds now);
-  void decide(Transmission& transmission, std::size_t& bits);
-  [[nodiscard]] bool collide(std::size_t& bits);
+  void decide(Transmission& transmission, std::size_t& bits, nanoseconds now);
+  [[nodiscard]] bool collide(std::size_t& bits, nanoseconds now);
   [[nodiscard]] bool disturbed(const Transmission& transmission, std::size_t& bits);
   [[nodiscard]] bool acknowledged(const Transmission& transmission) const noexcept;
   [[nodiscard]] FrameFault* fault_of(const Frame& frame, FrameFaultKind kind) const noexcept;

@@ -18,6 +18,7 @@ struct PdoLimits {
   std::uint32_t input_sync_managers = 1U << 3;   ///< bit n: sync manager n transfers TxPDOs
   bool gaps = false;                             ///< a mapping may have gaps: index 0 with a number of bits
   bool even_bytes = false;                       ///< a PDO must have an even number of bytes
+  bool dummies = false;  ///< an RxPDO may have dummy entries: data types 0001h-0007h (CiA 301 7.4.7)
 };
 
 /// Returns the object that lists the PDOs assigned to a sync manager (ETG.1000.6 5.6.7.4: 1C10h plus its number).
@@ -54,6 +55,10 @@ class PdoMap {
   /// accepted their values. Does not allocate. \rtsafe
   void build(const ObjectDictionary& dictionary, std::size_t sync_manager, const PdoLimits& limits) noexcept;
 
+  /// Reads the mapping of the one PDO whose mapping object is `mapping`, for buses where each PDO is a message. The
+  /// same precondition. Does not allocate. \rtsafe
+  void build_pdo(const ObjectDictionary& dictionary, std::uint16_t mapping, const PdoLimits& limits) noexcept;
+
   /// Returns the length of the process data in bytes.
   [[nodiscard]] std::size_t size() const noexcept { return (bits_ + 7) / 8; }
   /// Returns the entries in the order of the process data. \rtsafe
@@ -74,6 +79,8 @@ class PdoMap {
     std::uint8_t bytes = 0;   ///< whole bytes that are copied in one access: 1, 2 or 4; 0: copied as its Field says
   };
 
+  void clear() noexcept;
+  void append_pdo(const ObjectDictionary& dictionary, std::uint16_t mapping, const PdoLimits& limits) noexcept;
   void append(const ObjectDictionary& dictionary, std::uint32_t entry) noexcept;
   void append_step(const Field& field) noexcept;
 

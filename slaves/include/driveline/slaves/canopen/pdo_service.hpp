@@ -1,0 +1,56 @@
+#pragma once
+
+#include "driveline/slaves/canopen/application.hpp"
+#include "driveline/slaves/canopen/emergency_service.hpp"
+#include "driveline/slaves/canopen/rpdo.hpp"
+#include "driveline/slaves/canopen/tpdo.hpp"
+
+namespace driveline::slaves::cia301 {
+
+/// All PDOs of a device. They exist from start() to stop(), which is in Operational only. Allocates only when it is
+/// constructed.
+class PdoService {
+ public:
+  /// First of the numbers by which the EMCYs of different RPDOs differ.
+  static constexpr std::uint8_t kFirstSource = 3;
+
+  /// Everything must outlive this.
+  PdoService(ObjectDictionary& dictionary, Application& application, EmergencyService& emergency,
+             const DeviceOptions& options, Outbox& outbox);
+
+  /// The device becomes operational.
+  void start(nanoseconds now) noexcept;
+  /// The device is not operational any more; what waits for a SYNC is dropped.
+  void stop() noexcept;
+  /// Whether an entry of PDO communication or mapping may have this value.
+  [[nodiscard]] SdoResult<void> check(const EntryRow& row, std::uint64_t raw) const;
+  /// An entry of the dictionary was written.
+  void written(const EntryRow& row, nanoseconds now) noexcept;
+  /// A frame that may be an RPDO, or the remote frame of a TPDO.
+  void receive(const Frame& frame, nanoseconds now);
+  /// RPDOs that wait for a SYNC are applied.
+  void apply(nanoseconds now);
+  /// Synchronous TPDOs are sampled.
+  void sample(nanoseconds now) noexcept;
+  /// An event of a TPDO, counted from 0.
+  void trigger(std::size_t tpdo, nanoseconds now) noexcept;
+  /// Compares the values of the TPDOs with the last messages.
+  void watch(nanoseconds now) noexcept;
+  /// Sends what timers have made due.
+  void advance(nanoseconds now) noexcept;
+  /// When advance() has something to do.
+  [[nodiscard]] nanoseconds next_wake() const noexcept;
+
+ private:
+  void judge(std::size_t number, Rpdo::Result result, nanoseconds now);
+
+  ObjectDictionary* dictionary_;
+  Application* application_;
+  EmergencyService* emergency_;
+  const DeviceOptions* options_;
+  std::vector<Rpdo> rpdos_;
+  std::vector<Tpdo> tpdos_;
+  bool running_ = false;
+};
+
+}  // namespace driveline::slaves::cia301

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "driveline/slaves/canopen/device_options.hpp"
+#include "driveline/slaves/canopen/entry.hpp"
+#include "driveline/slaves/canopen/outbox.hpp"
+
+namespace driveline::slaves::cia301 {
+
+/// A PDO that the device receives (1400h, 1600h and following; CiA 301 7.2.2). Allocates only when it is constructed.
+class Rpdo {
+ public:
+  /// What became of a frame.
+  enum class Result : std::uint8_t {
+    kForeign,   ///< it is not of this PDO
+    kWaits,     ///< it is applied at the next SYNC
+    kApplied,   ///< the values are in the dictionary
+    kTooShort,  ///< fewer bytes than mapped: not used
+  };
+
+  /// The dictionary must outlive this. `number` counts from 0.
+  Rpdo(ObjectDictionary& dictionary, std::size_t number, const DeviceOptions& options);
+
+  /// Reads the mapping again, and forgets a frame that waits. \rtsafe
+  void restart() noexcept;
+  /// Whether an entry of 14xxh may have this value. Error: kValueRange. \rtsafe
+  [[nodiscard]] SdoResult<void> check(const EntryRow& row, std::uint32_t raw) const noexcept;
+  /// The mapping or the communication parameters have changed. \rtsafe
+  void written(const EntryRow& row) noexcept;
+  /// Takes a frame while the device is operational. \rtsafe
+  [[nodiscard]] Result receive(const Frame& frame) noexcept;
+  /// Applies the newest frame since the last SYNC; false: there is none. \rtsafe
+  bool sync() noexcept;
+  /// Whether the last frame had more bytes than mapped. \rtsafe
+  [[nodiscard]] bool too_long() const noexcept { return too_long_; }
+
+ private:
+  ObjectDictionary* dictionary_;
+  std::uint16_t mapping_index_;
+  PdoLimits limits_;
+  Entry cob_id_;
+  Entry type_;
+  PdoMap map_;
+  Frame newest_;  ///< waits for the SYNC
+  bool waits_ = false;
+  bool too_long_ = false;
+};
+
+}  // namespace driveline::slaves::cia301

@@ -1,0 +1,287 @@
+#include "driveline/slaves/canopen/device.hpp"
+
+#include <algorithm>
+
+namespace driveline::slaves::cia301 {
+namespace {
+
+/// Communication profile area of the dictionary, which a reset of the communication restores.
+constexpr std::uint16_t kFirstCommunicationObject = 0x1000;
+constexpr std::uint16_t kLastCommunicationObject = 0x1FFF;
+
+/// Reaction to a failure of the communication, 1029h:01 (CiA 301 7.5.2.26).
+enum class ErrorBehaviour : std::uint8_t { kPreOperational = 0, kNoChange = 1, kStopped = 2 };
+
+AccessPhase phase_of(NmtState state) noexcept {
+  if (state == NmtState::kOperational) return AccessPhase::kOperating;
+  return state == NmtState::kPreOperational ? AccessPhase::kConfiguring : AccessPhase::kClosed;
+}
+
+}  // namespace
+
+Device::Device(ObjectDictionary& dictionary, Application& application, const DeviceOptions& options)
+    : dictionary_(&dictionary),
+      application_(&application),
+      options_(options),
+      error_control_(dictionary, outbox_),
+      heartbeats_(dictionary),
+      sync_(dictionary, outbox_),
+      emergency_(dictionary, outbox_),
+      sdo_(dictionary, *this, options_),
+      store_(dictionary.table(), options_, application),
+      pdos_(dictionary, application, emergency_, options_, outbox_),
+      time_cob_id_(dictionary, 0x1012, 0),
+      error_behaviour_(dictionary, 0x1029, 1) {}
+
+void Device::connected(can::Controller& controller) {
+  outbox_.connect(controller);
+  power_on();
+}
+
+void Device::power_on() {
+  node_id_ = 0;
+  nmt_.enter(NmtState::kInitialising);
+  start_pending_ = true;
+}
+
+/// Initialising (CiA 301 7.3.2.2): restores values, takes node-ID and bit rate, sends the boot-up message, and enters
+/// Pre-operational.
+void Device::reset(Reset reset, nanoseconds now) {
+  start_pending_ = false;
+  outbox_.clear();
+  sdo_.cancel();
+  pdos_.stop();
+  nmt_.enter(NmtState::kInitialising);
+  application_->state_changed(nmt_.state(), now);
+  const bool whole = reset != Reset::kCommunication;
+  store_.restore(*dictionary_, whole ? 0 : kFirstCommunicationObject, whole ? 0xFFFF : kLastCommunicationObject);
+  if (whole) application_->restart(reset, now);
+  const std::uint8_t node_id = application_->node_id(reset);
+  node_id_ = node_id <= canopen::kMaxNodeId ? node_id : std::uint8_t{0};
+  if (outbox_.controller() != nullptr) {
+    if (const std::uint32_t rate = application_->bit_rate(reset); rate != 0) outbox_.controller()->set_bit_rate(rate);
+    outbox_.controller()->recover(now);
+  }
+  if (node_id_ == 0) return;
+  store_.add_node_id(*dictionary_, node_id_);
+  const std::array<std::byte, Frame::kMaxLength> zeros{};
+  outbox_.send(Frame::of(options_.boot_up + node_id_, std::span(zeros).first(options_.boot_up_length)));
+  error_control_.restart({options_.error_control + node_id_, false}, now);
+  heartbeats_.restart();
+  emergency_.restart();
+  nmt_.enter(NmtState::kPreOperational);
+  state_changed(now);
+  sync_.restart(now);
+}
+
+void Device::enter(NmtState state, nanoseconds now) {
+  if (nmt_.state() != NmtState::kInitialising && nmt_.enter(state)) state_changed(now);
+}
+
+void Device::state_changed(nanoseconds now) {
+  if (!nmt_.configurable()) sdo_.cancel();
+  if (nmt_.operational()) {
+    pdos_.start(now);
+  } else {
+    pdos_.stop();
+  }
+  application_->state_changed(nmt_.state(), now);
+  emergency_.advance(nmt_.configurable(), now);
+}
+
+void Device::nmt(const Frame& frame, nanoseconds now) {
+  switch (nmt_.request(frame.payload(), node_id_, application_->may_start())) {
+    case NmtMachine::Action::kStateChanged:
+      return state_changed(now);
+    case NmtMachine::Action::kResetNode:
+      return reset(Reset::kNode, now);
+    case NmtMachine::Action::kResetCommunication:
+      return reset(Reset::kCommunication, now);
+    case NmtMachine::Action::kNone:
+      return;
+  }
+}
+
+void Device::receive(const Frame& frame, nanoseconds now) {
+  now_ = now;
+  if (node_id_ == 0 || frame.kind == canopen::FrameKind::kError) return;
+  const bool base_data = frame.kind == canopen::FrameKind::kData && !frame.identifier.extended;
+  if (base_data && frame.identifier.value == canopen::predefined::kNmt) return nmt(frame, now);
+  receive_error_control(frame, now);
+  if (!nmt_.configurable()) return;
+  if (base_data && frame.identifier.value == options_.sdo_request + node_id_) return sdo(frame, now);
+  if (const auto message = sync_.receive(frame)) return sync(*message, now);
+  receive_time(frame, now);
+  pdos_.receive(frame, now);
+}
+
+void Device::receive_error_control(const Frame& frame, nanoseconds now) {
+  if (frame.kind == canopen::FrameKind::kRemote) {
+    if (frame.identifier == error_control_.identifier()) guarded(error_control_.remote(nmt_.state(), now), now);
+    return;
+  }
+  constexpr std::uint32_t kFirst = canopen::predefined::kErrorControl;
+  const std::uint32_t value = frame.identifier.value;
+  if (frame.identifier.extended || value <= kFirst || value > kFirst + canopen::kMaxNodeId) return;
+  const auto message = canopen::ErrorControl::decode(frame.payload());
+  if (!message) return;
+  monitored(heartbeats_.receive(static_cast<std::uint8_t>(value - kFirst), message->state, now), now);
+}
+
+void Device::receive_time(const Frame& frame, nanoseconds now) {
+  const canopen::CobId cob_id = time_cob_id_.cob_id();
+  if ((cob_id.raw & canopen::CobId::kConsumer) == 0 || frame.identifier != cob_id.identifier()) return;
+  if (const auto time = canopen::TimeOfDay::decode(frame.payload())) application_->time(*time, now);
+}
+
+void Device::sync(const canopen::Sync& sync, nanoseconds now) {
+  pdos_.apply(now);
+  application_->sync(sync.counter, now);
+  pdos_.sample(now);
+}
+
+void Device::answer_sdo(const SdoBytes& answer, nanoseconds now) {
+  const Frame frame = Frame::of(options_.sdo_answer + node_id_, answer);
+  if (options_.sdo_delay.count() == 0) return outbox_.send(frame);
+  outbox_.send_at(now + options_.sdo_delay, frame);
+}
+
+void Device::sdo(const Frame& frame, nanoseconds now) {
+  if (const auto answer = sdo_.handle(frame.payload(), phase_of(nmt_.state()))) {
+    answer_sdo(*answer, now);
+  } else if (const auto segment = sdo_.next_segment()) {
+    answer_sdo(*segment, now);
+  }
+}
+
+void Device::transmitted(const Frame& frame, nanoseconds now) {
+  now_ = now;
+  if (frame.identifier != canopen::Identifier{options_.sdo_answer + node_id_, false}) return;
+  // The segments of a sub-block follow one another, one at a time in the queue.
+  if (const auto segment = sdo_.next_segment()) outbox_.send(Frame::of(options_.sdo_answer + node_id_, *segment));
+}
+
+SdoResult<void> Device::accept(const EntryRow& row, std::uint64_t raw) {
+  const auto value = static_cast<std::uint32_t>(raw);
+  auto result = pdos_.check(row, raw);
+  const auto also = [&](auto&& check) {
+    if (result) result = check();
+  };
+  also([&] { return heartbeats_.check(row, value); });
+  also([&] { return sync_.check(row, value); });
+  also([&] { return emergency_.check(row, value); });
+  also([&] { return application_->accept(row, raw); });
+  also([&] { return store_.accept(row, value, *dictionary_); });
+  return result;
+}
+
+void Device::written(const EntryRow& row) {
+  error_control_.written(row, nmt_.state(), now_);
+  heartbeats_.written(row);
+  sync_.written(row, now_);
+  emergency_.written(row);
+  pdos_.written(row, now_);
+  application_->written(row);
+}
+
+void Device::raise(const Emergency& emergency, nanoseconds now) {
+  emergency_.raise(emergency, kApplicationSource, nmt_.configurable(), now);
+}
+
+void Device::clear(std::uint16_t code, nanoseconds now) {
+  emergency_.clear(code, kApplicationSource, nmt_.configurable(), now);
+}
+
+void Device::raise_stack_error(std::uint16_t code, std::uint8_t source, nanoseconds now) {
+  const std::uint8_t bits = canopen::error_register::kGeneric | canopen::error_register::kCommunication;
+  emergency_.raise({code, bits, {}}, source, nmt_.configurable(), now);
+}
+
+/// Only a failure of the communication changes the NMT state, no other error does (CiA 301 7.5.2.26).
+void Device::communication_failed(CommunicationEvent event, nanoseconds now) {
+  application_->communication(event, now);
+  if (!nmt_.operational()) return;
+  switch (static_cast<ErrorBehaviour>(error_behaviour_.value())) {
+    case ErrorBehaviour::kNoChange:
+      return;
+    case ErrorBehaviour::kStopped:
+      return enter(NmtState::kStopped, now);
+    case ErrorBehaviour::kPreOperational:
+      return enter(NmtState::kPreOperational, now);
+  }
+}
+
+void Device::monitored(HeartbeatConsumer::Event event, nanoseconds now) {
+  switch (event) {
+    case HeartbeatConsumer::Event::kLost:
+      raise_stack_error(canopen::emergency_code::kErrorControl, kStackSource, now);
+      return communication_failed(CommunicationEvent::kHeartbeatLost, now);
+    case HeartbeatConsumer::Event::kBack:
+      if (!heartbeats_.any_lost()) {
+        emergency_.clear(canopen::emergency_code::kErrorControl, kStackSource, nmt_.configurable(), now);
+      }
+      return application_->communication(CommunicationEvent::kHeartbeatBack, now);
+    case HeartbeatConsumer::Event::kBootUp:
+      return application_->communication(CommunicationEvent::kMonitoredNodeBoot, now);
+    case HeartbeatConsumer::Event::kNone:
+      return;
+  }
+}
+
+void Device::guarded(ErrorControlService::Event event, nanoseconds now) {
+  if (event == ErrorControlService::Event::kLost) {
+    raise_stack_error(canopen::emergency_code::kErrorControl, kGuardingSource, now);
+    communication_failed(CommunicationEvent::kLifeGuardingLost, now);
+  } else if (event == ErrorControlService::Event::kBack) {
+    emergency_.clear(canopen::emergency_code::kErrorControl, kGuardingSource, nmt_.configurable(), now);
+    application_->communication(CommunicationEvent::kLifeGuardingBack, now);
+  }
+}
+
+void Device::error_state_changed(can::ErrorState state, nanoseconds now) {
+  now_ = now;
+  if (node_id_ == 0) return;
+  switch (state) {
+    case can::ErrorState::kBusOff:
+      bus_off_ = true;
+      return communication_failed(CommunicationEvent::kBusOff, now);
+    case can::ErrorState::kPassive:
+      return raise_stack_error(canopen::emergency_code::kErrorPassive, kStackSource, now);
+    case can::ErrorState::kActive:
+      break;
+  }
+  emergency_.clear(canopen::emergency_code::kErrorPassive, kStackSource, nmt_.configurable(), now);
+  if (!std::exchange(bus_off_, false)) return;
+  // While it was bus off nothing could be sent: the message says that it was.
+  raise_stack_error(canopen::emergency_code::kRecoveredFromBusOff, kStackSource, now);
+  emergency_.clear(canopen::emergency_code::kRecoveredFromBusOff, kStackSource, nmt_.configurable(), now);
+  application_->communication(CommunicationEvent::kBusRecovered, now);
+}
+
+void Device::advance(nanoseconds now) {
+  now_ = now;
+  if (start_pending_) reset(Reset::kPowerOn, now);
+  if (node_id_ == 0) return;
+  outbox_.advance(now);
+  guarded(error_control_.advance(nmt_.state(), now), now);
+  for (auto event = heartbeats_.advance(now); event != HeartbeatConsumer::Event::kNone;
+       event = heartbeats_.advance(now)) {
+    monitored(event, now);
+  }
+  if (nmt_.configurable()) {
+    if (const auto message = sync_.advance(now)) sync(*message, now);
+  }
+  emergency_.advance(nmt_.configurable(), now);
+  pdos_.advance(now);
+}
+
+nanoseconds Device::next_wake() const noexcept {
+  if (start_pending_) return nanoseconds{0};
+  if (node_id_ == 0) return kNever;
+  nanoseconds next = std::min({outbox_.next_wake(), error_control_.next_wake(), heartbeats_.next_wake(),
+                               emergency_.next_wake(nmt_.configurable()), pdos_.next_wake()});
+  if (nmt_.configurable()) next = std::min(next, sync_.next_wake());
+  return next;
+}
+
+}  // namespace driveline::slaves::cia301

@@ -1,0 +1,94 @@
+#include "driveline/slaves/canopen/pdo_service.hpp"
+
+namespace driveline::slaves::cia301 {
+
+PdoService::PdoService(ObjectDictionary& dictionary, Application& application, EmergencyService& emergency,
+                       const DeviceOptions& options, Outbox& outbox)
+    : dictionary_(&dictionary), application_(&application), emergency_(&emergency), options_(&options) {
+  for (std::size_t i = 0; i < options.rpdos; ++i) rpdos_.emplace_back(dictionary, i, options);
+  for (std::size_t i = 0; i < options.tpdos; ++i) tpdos_.emplace_back(dictionary, i, options, outbox);
+}
+
+void PdoService::start(nanoseconds now) noexcept {
+  running_ = true;
+  for (Rpdo& rpdo : rpdos_) rpdo.restart();
+  for (Tpdo& tpdo : tpdos_) tpdo.start(now);
+}
+
+void PdoService::stop() noexcept {
+  running_ = false;
+  for (Tpdo& tpdo : tpdos_) tpdo.stop();
+}
+
+SdoResult<void> PdoService::check(const EntryRow& row, std::uint64_t raw) const {
+  auto result = check_pdo_write(*dictionary_, options_->mapping, row, raw);
+  for (const Rpdo& rpdo : rpdos_) {
+    if (result) result = rpdo.check(row, static_cast<std::uint32_t>(raw));
+  }
+  for (const Tpdo& tpdo : tpdos_) {
+    if (result) result = tpdo.check(row, static_cast<std::uint32_t>(raw));
+  }
+  return result;
+}
+
+void PdoService::written(const EntryRow& row, nanoseconds now) noexcept {
+  for (Rpdo& rpdo : rpdos_) rpdo.written(row);
+  for (Tpdo& tpdo : tpdos_) tpdo.written(row, now);
+}
+
+void PdoService::receive(const Frame& frame, nanoseconds now) {
+  if (!running_) return;
+  if (frame.kind == canopen::FrameKind::kRemote) {
+    for (Tpdo& tpdo : tpdos_) {
+      if (tpdo.remote(frame, now)) return;
+    }
+    return;
+  }
+  for (std::size_t i = 0; i < rpdos_.size(); ++i) judge(i, rpdos_[i].receive(frame), now);
+}
+
+/// Tells of a wrong length once, and of its end with the next good message (CiA 301 Table 26).
+void PdoService::judge(std::size_t number, Rpdo::Result result, nanoseconds now) {
+  if (result == Rpdo::Result::kForeign) return;
+  constexpr std::uint8_t kBits = canopen::error_register::kGeneric | canopen::error_register::kCommunication;
+  const auto source = static_cast<std::uint8_t>(kFirstSource + number);
+  const auto tell = [&](bool wrong, std::uint16_t code) {
+    if (wrong) return emergency_->raise({code, kBits, {}}, source, true, now);
+    emergency_->clear(code, source, true, now);
+  };
+  const bool too_short = result == Rpdo::Result::kTooShort;
+  tell(too_short, canopen::emergency_code::kPdoTooShort);
+  if (too_short) return;
+  tell(rpdos_[number].too_long() && options_->long_rpdo_emergency, canopen::emergency_code::kPdoTooLong);
+  if (result == Rpdo::Result::kApplied) application_->rpdo_applied(number, now);
+}
+
+void PdoService::apply(nanoseconds now) {
+  for (std::size_t i = 0; running_ && i < rpdos_.size(); ++i) {
+    if (rpdos_[i].sync()) application_->rpdo_applied(i, now);
+  }
+}
+
+void PdoService::sample(nanoseconds now) noexcept {
+  for (Tpdo& tpdo : tpdos_) tpdo.sync(now);
+}
+
+void PdoService::trigger(std::size_t tpdo, nanoseconds now) noexcept {
+  if (tpdo < tpdos_.size()) tpdos_[tpdo].trigger(now);
+}
+
+void PdoService::watch(nanoseconds now) noexcept {
+  for (std::size_t i = 0; i < tpdos_.size(); ++i) tpdos_[i].watch(application_->event_mask(i), now);
+}
+
+void PdoService::advance(nanoseconds now) noexcept {
+  for (Tpdo& tpdo : tpdos_) tpdo.advance(now);
+}
+
+nanoseconds PdoService::next_wake() const noexcept {
+  nanoseconds next = kNever;
+  for (const Tpdo& tpdo : tpdos_) next = std::min(next, tpdo.next_wake());
+  return next;
+}
+
+}  // namespace driveline::slaves::cia301

@@ -1,0 +1,57 @@
+#include "driveline/slaves/canopen/rpdo.hpp"
+
+namespace driveline::slaves::cia301 {
+namespace {
+
+/// Highest transmission type of a PDO that waits for a SYNC (CiA 301 Table 71).
+constexpr std::uint32_t kLastSynchronousRpdo = 240;
+
+}  // namespace
+
+Rpdo::Rpdo(ObjectDictionary& dictionary, std::size_t number, const DeviceOptions& options)
+    : dictionary_(&dictionary),
+      mapping_index_(static_cast<std::uint16_t>(options.mapping.rx_first + number)),
+      limits_(options.mapping),
+      cob_id_(dictionary, static_cast<std::uint16_t>(0x1400 + number), 1),
+      type_(dictionary, static_cast<std::uint16_t>(0x1400 + number), 2),
+      map_(options.mapping.objects) {}
+
+void Rpdo::restart() noexcept {
+  map_.build_pdo(*dictionary_, mapping_index_, limits_);
+  waits_ = false;
+  too_long_ = false;
+}
+
+SdoResult<void> Rpdo::check(const EntryRow& row, std::uint32_t raw) const noexcept {
+  if (cob_id_.is(row)) return check_cob_id(cob_id_.cob_id(), {raw});
+  const bool reserved = raw > kLastSynchronousRpdo && raw < 254;
+  if (type_.is(row) && reserved) return tl::unexpected(sdo::SdoAbort::kValueRange);
+  return {};
+}
+
+void Rpdo::written(const EntryRow& row) noexcept {
+  if (row.index == mapping_index_ || cob_id_.is(row) || type_.is(row)) restart();
+}
+
+Rpdo::Result Rpdo::receive(const Frame& frame) noexcept {
+  const canopen::CobId cob_id = cob_id_.cob_id();
+  const bool mine = cob_id_.exists() && !cob_id.invalid() && frame.identifier == cob_id.identifier();
+  if (!mine || map_.size() == 0 || frame.kind != canopen::FrameKind::kData) return Result::kForeign;
+  if (frame.length < map_.size()) return Result::kTooShort;
+  too_long_ = frame.length > map_.size();
+  if (type_.value() > kLastSynchronousRpdo) {
+    map_.decode(frame.payload(), *dictionary_);
+    return Result::kApplied;
+  }
+  newest_ = frame;
+  waits_ = true;
+  return Result::kWaits;
+}
+
+bool Rpdo::sync() noexcept {
+  if (!std::exchange(waits_, false)) return false;
+  map_.decode(newest_.payload(), *dictionary_);
+  return true;
+}
+
+}  // namespace driveline::slaves::cia301
