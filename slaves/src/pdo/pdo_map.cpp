@@ -131,13 +131,14 @@ void PdoMap::append(const ObjectDictionary& dictionary, std::uint32_t entry) noe
   const bool constant = !text && row->slot == slot::kConstant;
   fields_.push_back({offset, row->slot, mapping.bits, is_signed(row->type), text, constant,
                      constant ? dictionary.raw(*row) : 0, row});
-  append_step(fields_.back());
+  append_copy(fields_.back());
 }
 
 void PdoMap::clear() noexcept {
   fields_.clear();
-  steps_.clear();
-  bits_ = 0;
+  copies_.clear();
+  bits_ = four_bytes_ = two_bytes_ = 0;
+  copies_only_ = true;
 }
 
 void PdoMap::append_pdo(const ObjectDictionary& dictionary, std::uint16_t mapping, const PdoLimits& limits) noexcept {
@@ -245,57 +246,56 @@ void encode_field(const PdoMap::Field& field, const ObjectDictionary& dictionary
 
 }  // namespace
 
-void PdoMap::append_step(const Field& field) noexcept {
+/// Keeps the copies sorted by length; those of the same length stay in the order of the process data.
+void PdoMap::append_copy(const Field& field) noexcept {
   const std::size_t bytes = field.is_text || field.constant ? 0 : whole_bytes(field);
-  Step step{static_cast<std::uint32_t>(fields_.size() - 1), 0, field.slot, 0};
-  if (bytes == 1 || bytes == 2 || bytes == 4) {
-    step.place = field.bit_offset / 8;
-    step.sign = field.is_signed ? 1U << (field.bits - 1U) : 0U;
-    step.bytes = static_cast<std::uint8_t>(bytes);
+  if (bytes != 4 && bytes != 2 && bytes != 1) {
+    copies_only_ = false;
+    return;
   }
-  steps_.push_back(step);
+  const std::size_t place = bytes == 4 ? four_bytes_ : bytes == 2 ? two_bytes_ : copies_.size();
+  const std::uint32_t sign = field.is_signed ? 1U << (field.bits - 1U) : 0U;
+  copies_.insert(copies_.begin() + static_cast<std::ptrdiff_t>(place),
+                 {static_cast<std::uint16_t>(field.bit_offset / 8), field.slot, sign});
+  four_bytes_ += bytes == 4 ? 1 : 0;
+  two_bytes_ += bytes >= 2 ? 1 : 0;
+}
+
+/// Copies entry by entry, for entries that are no whole bytes, or data that do not contain all entries.
+void PdoMap::decode_fields(std::span<const std::byte> data, ObjectDictionary& dictionary) const noexcept {
+  for (const Field& field : fields_) decode_field(field, data, dictionary);
+}
+
+void PdoMap::encode_fields(const ObjectDictionary& dictionary, std::span<std::byte> data) const noexcept {
+  for (const Field& field : fields_) encode_field(field, dictionary, data);
 }
 
 void PdoMap::decode(std::span<const std::byte> data, ObjectDictionary& dictionary) const noexcept {
-  if (data.size() < size()) {  // not every entry is in it
-    for (const Field& field : fields_) decode_field(field, data, dictionary);
-    return;
-  }
-  for (const Step& step : steps_) {
-    const auto bytes = [&] { return data.subspan(step.place); };
-    std::uint64_t value = 0;
-    if (step.bytes == 4) {
-      value = bytes::load_le<std::uint32_t>(bytes());
-    } else if (step.bytes == 2) {
-      value = bytes::load_le<std::uint16_t>(bytes());
-    } else if (step.bytes == 1) {
-      value = bytes::load_le<std::uint8_t>(bytes());
-    } else {
-      decode_field(fields_[step.place], data, dictionary);
-      continue;
+  if (!copies_only_ || data.size() < size()) return decode_fields(data, dictionary);
+  const Copy* copy = copies_.data();
+  const auto copy_until = [&]<typename T>(std::size_t end, T /*type*/) {
+    for (const Copy* const last = copies_.data() + end; copy != last; ++copy) {
+      const std::uint64_t value = bytes::load_le<T>(data.subspan(copy->place));
+      dictionary.set_raw(copy->slot, (value ^ copy->sign) - copy->sign);  // extends the sign to 64 bits
     }
-    dictionary.set_raw(step.slot, (value ^ step.sign) - step.sign);  // extends the sign to 64 bits
-  }
+  };
+  copy_until(four_bytes_, std::uint32_t{});
+  copy_until(two_bytes_, std::uint16_t{});
+  copy_until(copies_.size(), std::uint8_t{});
 }
 
 void PdoMap::encode(const ObjectDictionary& dictionary, std::span<std::byte> data) const noexcept {
-  if (data.size() < size()) {  // not every entry fits into it
-    for (const Field& field : fields_) encode_field(field, dictionary, data);
-    return;
-  }
+  if (!copies_only_ || data.size() < size()) return encode_fields(dictionary, data);
   const auto values = dictionary.raw_values();
-  for (const Step& step : std::span(steps_)) {
-    const auto bytes = [&] { return data.subspan(step.place); };
-    if (step.bytes == 4) {
-      bytes::store_le(bytes(), static_cast<std::uint32_t>(values[step.slot]));
-    } else if (step.bytes == 2) {
-      bytes::store_le(bytes(), static_cast<std::uint16_t>(values[step.slot]));
-    } else if (step.bytes == 1) {
-      bytes::store_le(bytes(), static_cast<std::uint8_t>(values[step.slot]));
-    } else {
-      encode_field(fields_[step.place], dictionary, data);
+  const Copy* copy = copies_.data();
+  const auto copy_until = [&]<typename T>(std::size_t end, T /*type*/) {
+    for (const Copy* const last = copies_.data() + end; copy != last; ++copy) {
+      bytes::store_le(data.subspan(copy->place), static_cast<T>(values[copy->slot]));
     }
-  }
+  };
+  copy_until(four_bytes_, std::uint32_t{});
+  copy_until(two_bytes_, std::uint16_t{});
+  copy_until(copies_.size(), std::uint8_t{});
 }
 
 }  // namespace driveline::slaves

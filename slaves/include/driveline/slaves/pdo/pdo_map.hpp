@@ -48,7 +48,7 @@ class PdoMap {
   /// Holds at most `max_fields` entries; further entries are ignored.
   explicit PdoMap(std::size_t max_fields = kDefaultFields) {
     fields_.reserve(max_fields);
-    steps_.reserve(max_fields);
+    copies_.reserve(max_fields);
   }
 
   /// Reads the assignment of the sync manager and the mappings of its PDOs. Precondition: check_pdo_write() has
@@ -71,22 +71,27 @@ class PdoMap {
   void encode(const ObjectDictionary& dictionary, std::span<std::byte> data) const noexcept;
 
  private:
-  /// The little that the copy of an entry needs in every cycle.
-  struct Step {
-    std::uint32_t place = 0;  ///< first byte in the process data; without `bytes`: index in `fields_`
-    std::uint32_t sign = 0;   ///< sign bit of a signed value; 0: unsigned
+  /// What a cycle needs of an entry of 1, 2 or 4 whole bytes.
+  struct Copy {
+    std::uint16_t place = 0;  ///< first byte in the process data
     std::uint16_t slot = 0;   ///< slot in the dictionary
-    std::uint8_t bytes = 0;   ///< whole bytes that are copied in one access: 1, 2 or 4; 0: copied as its Field says
+    std::uint32_t sign = 0;   ///< sign bit of a signed value; 0: unsigned
   };
 
   void clear() noexcept;
   void append_pdo(const ObjectDictionary& dictionary, std::uint16_t mapping, const PdoLimits& limits) noexcept;
   void append(const ObjectDictionary& dictionary, std::uint32_t entry) noexcept;
-  void append_step(const Field& field) noexcept;
+  void append_copy(const Field& field) noexcept;
+  // Not inlined: the registers that they need would be saved in every cycle.
+  [[gnu::noinline]] void decode_fields(std::span<const std::byte> data, ObjectDictionary& dictionary) const noexcept;
+  [[gnu::noinline]] void encode_fields(const ObjectDictionary& dictionary, std::span<std::byte> data) const noexcept;
 
   std::vector<Field> fields_;
-  std::vector<Step> steps_;  ///< one per field
+  std::vector<Copy> copies_;    ///< of all such entries: first those of 4 bytes, then of 2, then of 1
+  std::size_t four_bytes_ = 0;  ///< end of the copies of four bytes
+  std::size_t two_bytes_ = 0;   ///< end of the copies of two bytes
   std::size_t bits_ = 0;
+  bool copies_only_ = true;  ///< every field has a copy
 };
 
 /// Checks a write to a PDO mapping (1600h.., 1A00h..) or assignment (1C10h + n): entries are writable only while
