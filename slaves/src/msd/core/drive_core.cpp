@@ -62,13 +62,13 @@ void DriveCore::apply_settings() noexcept {
 void DriveCore::enter_network_state(NetworkState state) noexcept {
   network_state_ = state;
   dictionary_.set(kValue.nmt_state, static_cast<std::uint8_t>(starting() ? NetworkState::kBootUp : state));
-  monitor_.restart_rhythm();
+  monitor_.restart_rhythm(clock_.cycles());
 }
 
 void DriveCore::outputs_written() noexcept {
   if (quiet_ && commands() != quiet_commands_) disturb();
   watch_fault_reset();
-  monitor_.setpoints_came();
+  monitor_.setpoints_came(clock_.cycles());
   control_.apply_setpoints();
 }
 
@@ -128,7 +128,6 @@ void DriveCore::order_axis(bool process_data) noexcept {
 
 /// Moves the axis; the events that it causes, and those of this time, may end quiet operation.
 void DriveCore::move_axis() noexcept {
-  monitor_.step_rhythm();
   motion_.step(brake_closed_);
   machine_.pass_switches();
   if (const auto index = motion_.motor().index_pulse()) probe_.zero_pulse(shown_position(*index));

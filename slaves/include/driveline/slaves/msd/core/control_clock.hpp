@@ -35,6 +35,8 @@ class ControlClock {
     *end_ += kControlStep;
   }
 
+  /// Returns the number of complete cycles. \rtsafe
+  [[nodiscard]] std::uint64_t cycles() const noexcept { return steps_; }
   /// Returns the duration of all complete cycles. \rtsafe
   [[nodiscard]] std::chrono::nanoseconds running_time() const noexcept {
     return static_cast<std::int64_t>(steps_) * kControlStep;

@@ -30,12 +30,10 @@ class MotionMonitor {
   /// handles the switches itself. \rtsafe
   [[nodiscard]] std::optional<Fault> limit_switch(const InputSignals& signals, OperationMode mode) const noexcept;
 
-  /// Runs one control cycle. \rtsafe
-  void step_rhythm() noexcept { rhythm_.step(); }
-  /// Called when setpoints have arrived. \rtsafe
-  void setpoints_came() noexcept { rhythm_.sample(motion_->settings().steps_per_setpoint); }
+  /// Called when setpoints have arrived, in this control cycle. \rtsafe
+  void setpoints_came(std::uint64_t cycle) noexcept { rhythm_.sample(cycle, motion_->settings().steps_per_setpoint); }
   /// Called when the setpoints restart. \rtsafe
-  void restart_rhythm() noexcept { rhythm_ = {}; }
+  void restart_rhythm(std::uint64_t cycle) noexcept { rhythm_.restart(cycle); }
   /// Whether setpoints arrive in another cycle than configured, or the configured cycle is invalid. \rtsafe
   [[nodiscard]] bool wrong_cycle() const noexcept;
   /// Whether setpoints with wrong_cycle() are followed; the internal profile generator needs no cycle. \rtsafe

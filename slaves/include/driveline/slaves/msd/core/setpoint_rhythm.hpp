@@ -9,23 +9,27 @@ namespace driveline::slaves::msd {
 /// consecutive setpoints arrived close to its expected time. Numbers: ours.
 class SetpointRhythm {
  public:
-  /// Counts a control cycle. \rtsafe
-  void step() noexcept { since_ = std::min(since_ + 1, kLongest); }
-  /// Counts a setpoint; setpoints are expected every `steps` control cycles. \rtsafe
-  void sample(std::uint32_t steps) noexcept {
+  /// Starts in this control cycle, without setpoints. \rtsafe
+  void restart(std::uint64_t cycle) noexcept {
+    last_ = cycle;
+    fast_ = slow_ = 0;
+  }
+  /// Counts a setpoint that arrived in this control cycle; setpoints are expected every `steps` of them. \rtsafe
+  void sample(std::uint64_t cycle, std::uint32_t steps) noexcept {
     // Tolerance: a quarter of the period. With the right cycle, jitter puts intervals on both sides of the period.
-    fast_ = 4ULL * since_ <= 3ULL * steps ? std::min(fast_ + 1, kProof) : 0;
-    slow_ = 4ULL * since_ >= 5ULL * steps ? std::min(slow_ + 1, kProof) : 0;
-    since_ = 0;
+    const std::uint64_t since = std::min(cycle - last_, kLongest);
+    fast_ = 4 * since <= 3ULL * steps ? std::min(fast_ + 1, kProof) : 0;
+    slow_ = 4 * since >= 5ULL * steps ? std::min(slow_ + 1, kProof) : 0;
+    last_ = cycle;
   }
   /// Whether the setpoints arrive in another cycle. \rtsafe
   [[nodiscard]] bool wrong() const noexcept { return fast_ == kProof || slow_ == kProof; }
 
  private:
   static constexpr std::uint32_t kProof = 256;  ///< consecutive setpoints
-  static constexpr std::uint32_t kLongest = 0xFFFFFFU;
+  static constexpr std::uint64_t kLongest = 0xFFFFFFU;
 
-  std::uint32_t since_ = 0;  ///< control cycles since the last setpoint
+  std::uint64_t last_ = 0;  ///< control cycle of the last setpoint
   std::uint32_t fast_ = 0;
   std::uint32_t slow_ = 0;
 };
