@@ -65,11 +65,10 @@ void DriveCore::monitor() noexcept {
 void DriveCore::monitor_protection() noexcept {
   protection_.step();
   if (!protection_.dc_link_present()) disturb();
-  for (const Fault fault : {Fault::kMotorOverload, Fault::kMotorTemperature, Fault::kAmplifierTemperature,
-                            Fault::kDcLinkOvervoltage, Fault::kEncoder}) {
+  if (causes_.none() && !protection_.finds_fault()) return;
+  for (const Fault fault : Protection::kFound) {
     if (!faults_.standing() && cause_persists(fault)) raise(fault);
   }
-  if (causes_.none()) return;
   for (std::size_t i = 0; i < causes_.size(); ++i) {
     const auto fault = static_cast<Fault>(i);
     if (causes_.test(i) && (!faults_.standing() || facts(fault).coast)) raise(fault);

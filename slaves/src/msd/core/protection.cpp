@@ -1,5 +1,6 @@
 #include "driveline/slaves/msd/core/protection.hpp"
 
+#include <algorithm>
 #include <numbers>
 
 #include "driveline/slaves/msd/core/drive_settings.hpp"
@@ -60,6 +61,10 @@ bool Protection::cause_persists(Fault fault) const noexcept {
     default:
       return false;
   }
+}
+
+bool Protection::finds_fault() const noexcept {
+  return std::any_of(kFound.begin(), kFound.end(), [this](Fault fault) { return cause_persists(fault); });
 }
 
 /// A short circuit is detected as soon as the power stage drives current; without power it is not detected.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <utility>
@@ -41,6 +42,11 @@ class Protection {
   [[nodiscard]] bool dc_link_present() const noexcept {
     return dc_link_.volts() >= dc_link_limit_volts_ && dc_link_.volts() > 0.0;
   }
+  /// The faults that are looked for once per millisecond, in this order.
+  static constexpr std::array kFound{Fault::kMotorOverload, Fault::kMotorTemperature, Fault::kAmplifierTemperature,
+                                     Fault::kDcLinkOvervoltage, Fault::kEncoder};
+  /// Whether the cause of at least one of them is present. \rtsafe
+  [[nodiscard]] bool finds_fault() const noexcept;
   /// Whether the cause of a fault that this class detects persists. \rtsafe
   [[nodiscard]] bool cause_persists(Fault fault) const noexcept;
   /// Returns P 34. \rtsafe
