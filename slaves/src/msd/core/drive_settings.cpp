@@ -157,7 +157,7 @@ nanoseconds reference_cycle(const ObjectDictionary& dictionary) noexcept {
 
 bool timing_valid(const ObjectDictionary& dictionary) noexcept {
   std::int64_t period_ns = dictionary.get(kValue.interpolation_period_value);
-  for (int exponent = dictionary.get(kValue.interpolation_period_index); exponent > -9; --exponent) period_ns *= 10;
+  for (auto exponent = dictionary.get(kValue.interpolation_period_index); exponent > -9; --exponent) period_ns *= 10;
   return reference_cycle(dictionary).count() == period_ns && period_ns % kProcessDataPeriod.count() == 0;
 }
 

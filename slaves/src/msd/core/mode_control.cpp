@@ -121,7 +121,7 @@ void ModeControl::enter(const Conditions& conditions, DriveMotion& motion) noexc
   start_bit_ = (conditions.control_word & control_word::kHomingStart) != 0;
   window_time_ = {};
   speed_time_ = {};
-  in_window_ = reached_ = speed_zero_ = slipping_ = limited_ = false;
+  reached_ = speed_zero_ = slipping_ = limited_ = false;
   if (motion.command() == MotionCommand::kFollow && motion.source() == MotionSource::kProfilePosition) motion.stand();
 }
 
@@ -282,8 +282,24 @@ void ModeControl::step(const Conditions& conditions, DriveMotion& motion) noexce
   update_reached(motion);
 }
 
-/// Evaluates window and time 6067h/6068h for positions, 606Dh/606Eh for speeds, and the speed threshold 606Fh/6070h.
+/// The target counts as reached when the axis has been in the window for this time.
+void ModeControl::count_window(bool inside, std::uint16_t time_ms) noexcept {
+  window_time_ = inside ? window_time_ + kProcessDataPeriod : std::chrono::nanoseconds{0};
+  reached_ = inside && window_time_ >= milliseconds(time_ms);
+}
+
+/// Cyclic positions come first and need little; they have the window and time 6067h/6068h, as all positions have.
 void ModeControl::update_reached(const DriveMotion& motion) noexcept {
+  if (entered_ == OperationMode::kNone || motion.source() != MotionSource::kCyclicPosition) {
+    return update_reached_otherwise(motion);
+  }
+  const auto window = dictionary_->get(kValue.position_window);
+  const bool inside = !halted_ && (window == kWindowOff || std::abs(motion.distance_to_target()) <= window);
+  count_window(inside, dictionary_->get(kValue.position_window_time));
+}
+
+/// Evaluates window and time 6067h/6068h for positions, 606Dh/606Eh for speeds, and the speed threshold 606Fh/6070h.
+void ModeControl::update_reached_otherwise(const DriveMotion& motion) noexcept {
   const bool position = positioning();
   const bool velocity = mode_ == OperationMode::kProfileVelocity || mode_ == OperationMode::kCyclicSynchronousVelocity;
   const bool profile = motion.source() == MotionSource::kProfilePosition;
@@ -291,19 +307,17 @@ void ModeControl::update_reached(const DriveMotion& motion) noexcept {
   if (profile) distance = static_cast<double>(target_ - motion.position());
   if (mode_ == OperationMode::kProfileVelocity) distance = ordered_velocity_.value_or(0) - motion.velocity();
   const auto window = position ? dictionary_->get(kValue.position_window) : dictionary_->get(kValue.velocity_window);
-  in_window_ = entered_ != OperationMode::kNone && !halted_ &&
-               ((position && window == kWindowOff) || std::abs(distance) <= window) &&
-               (!profile || (motion.movement_finished() && !handshake_.busy()));
-  if (mode_ == OperationMode::kCyclicSynchronousTorque) in_window_ = entered_ == mode_ && !motion.limited();
+  bool inside = entered_ != OperationMode::kNone && !halted_ &&
+                ((position && window == kWindowOff) || std::abs(distance) <= window) &&
+                (!profile || (motion.movement_finished() && !handshake_.busy()));
+  if (mode_ == OperationMode::kCyclicSynchronousTorque) inside = entered_ == mode_ && !motion.limited();
   // In U/f operation the ramp output is compared with the target; the rotor is not measured.
   if (mode_ == OperationMode::kVelocity) {
-    in_window_ = entered_ == mode_ && !halted_ && ordered_velocity_ && motion.movement_finished();
+    inside = entered_ == mode_ && !halted_ && ordered_velocity_ && motion.movement_finished();
   }
-  window_time_ = in_window_ ? window_time_ + kProcessDataPeriod : std::chrono::nanoseconds{0};
-  const auto time = position   ? dictionary_->get(kValue.position_window_time)
-                    : velocity ? dictionary_->get(kValue.velocity_window_time)
-                               : std::uint16_t{0};
-  reached_ = in_window_ && window_time_ >= milliseconds(time);
+  count_window(inside, position   ? dictionary_->get(kValue.position_window_time)
+                       : velocity ? dictionary_->get(kValue.velocity_window_time)
+                                  : std::uint16_t{0});
 
   // The rest is shown in profile velocity (3) only. It starts anew when a mode is entered or left, so an entered mode
   // that does not show it need not find it.

@@ -60,6 +60,8 @@ class ModeControl {
 
  private:
   void enter(const Conditions& conditions, DriveMotion& motion) noexcept;
+  void count_window(bool inside, std::uint16_t time_ms) noexcept;
+  void update_reached_otherwise(const DriveMotion& motion) noexcept;
   void step_profile_position(const Conditions& conditions, DriveMotion& motion, bool resume) noexcept;
   void step_profile_velocity(DriveMotion& motion, bool resume) noexcept;
   void step_velocity(std::uint16_t control_word, DriveMotion& motion, bool resume) noexcept;
@@ -76,7 +78,6 @@ class ModeControl {
   OperationMode entered_ = OperationMode::kNone;  ///< mode in which the drive is enabled; kNone: not enabled
   bool halted_ = false;
   bool limited_ = false;
-  bool in_window_ = false;
   bool reached_ = false;
   bool speed_zero_ = false;
   bool slipping_ = false;
