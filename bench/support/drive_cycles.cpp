@@ -15,6 +15,7 @@ DriveCycles::DriveCycles(std::size_t drives, int cycles)
   cycle_ = static_cast<std::int64_t>(rig_.master().core()->cycles());
   time_ = clock_.now();
   std::fill_n(valid_.get(), drives, true);
+  for (std::size_t i = 0; i < drives; ++i) devices_.push_back(&rig_.line().slave(i).device());
 }
 
 void DriveCycles::prepare(std::size_t batch) {
@@ -37,12 +38,14 @@ void DriveCycles::read_inputs() {
 void DriveCycles::step(std::span<const std::byte> outputs) {
   time_ += LineRig::kPeriod;
   auto& image = rig_.master().core()->image();
-  for (std::size_t i = 0; i < rig_.line().size(); ++i) {
-    auto& drive = rig_.line().slave(i).device();
-    const auto& place = image.places()[i];
+  const auto inputs = image.inputs();
+  const auto places = image.places();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    auto& drive = *devices_[i];
+    const auto& place = places[i];
     drive.write_outputs(slaves::msd::kOutputsSyncManager, outputs.subspan(place.output_offset, place.output_bytes));
     drive.advance(time_);
-    drive.read_inputs(slaves::msd::kInputsSyncManager, image.inputs().subspan(place.input_offset, place.input_bytes));
+    drive.read_inputs(slaves::msd::kInputsSyncManager, inputs.subspan(place.input_offset, place.input_bytes));
   }
 }
 

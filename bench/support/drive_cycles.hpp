@@ -34,6 +34,7 @@ class DriveCycles {
 
   rt::VirtualClock clock_;
   LineRig rig_;
+  std::vector<slaves::Device*> devices_;
   std::unique_ptr<bool[]> valid_;
   std::vector<std::vector<std::byte>> outputs_;  ///< outputs that the prepared cycles send
   std::int64_t cycle_ = 0;
