@@ -304,6 +304,22 @@ double DriveMotion::follow() noexcept {
   return controller_.step({Loop::kVelocity, 0.0, 0.0, 0.0});
 }
 
+/// Returns the torque demand of the command in force.
+double DriveMotion::obey() noexcept {
+  switch (command_) {
+    case MotionCommand::kOff:
+      break;
+    case MotionCommand::kFollow:
+      return follow();
+    case MotionCommand::kSlowDownRamp:
+    case MotionCommand::kQuickStopRamp:
+      return follow_profile_velocity();
+    case MotionCommand::kTorqueLimit:
+      return stop_at_limit();
+  }
+  return controller_.step({});
+}
+
 void DriveMotion::select(MotionCommand command, MotionSource source, bool smooth) noexcept {
   if (command != command_ || source != source_) take_over(command, source, smooth);
 }
@@ -314,25 +330,11 @@ void DriveMotion::step(bool brake_closed) noexcept {
   steps_since_sample_ += steps_since_sample_ < 2 * settings_.steps_per_setpoint ? 1 : 0;
   if (by_frequency_) return step_frequency_control(brake_closed);
   const TorqueRange range = motor_.torque_range();
-  TorqueRange available = range;
   const double demand = settings_.torque_per_demand;
-  if (demand < 1.0 || demand > 1.0) available = {available.lowest_nm / demand, available.highest_nm / demand};
-  controller_.set_available_torque(available.lowest_nm, available.highest_nm);
-  switch (command_) {
-    case MotionCommand::kOff:
-      torque_demand_nm_ = controller_.step({});
-      break;
-    case MotionCommand::kFollow:
-      torque_demand_nm_ = follow();
-      break;
-    case MotionCommand::kSlowDownRamp:
-    case MotionCommand::kQuickStopRamp:
-      torque_demand_nm_ = follow_profile_velocity();
-      break;
-    case MotionCommand::kTorqueLimit:
-      torque_demand_nm_ = stop_at_limit();
-      break;
-  }
+  controller_.set_available_torque(range.lowest_nm / demand, range.highest_nm / demand);
+  // Cyclic positions come first: most drives follow them.
+  const bool cyclic = command_ == MotionCommand::kFollow && source_ == MotionSource::kCyclicPosition;
+  torque_demand_nm_ = cyclic ? follow_position() : obey();
   motor_.step(torque_demand_nm_ * demand, range, brake_closed);
 }
 

@@ -143,9 +143,9 @@ bool references_from_bus(const ObjectDictionary& dictionary) noexcept {
 }
 
 Setpoints setpoints(const ObjectDictionary& dictionary, OperationMode in_force) noexcept {
+  constexpr auto kInterpolated = OperationMode::kInterpolatedPosition;
   const auto wanted = static_cast<OperationMode>(dictionary.get(kValue.mode));
-  const OperationMode mode = ModeControl::supported(wanted) ? wanted : in_force;
-  const bool interpolated = mode == OperationMode::kInterpolatedPosition;
+  const bool interpolated = wanted == kInterpolated || (in_force == kInterpolated && !ModeControl::supported(wanted));
   return {dictionary.get(interpolated ? kValue.interpolation_data : kValue.target_position),
           dictionary.get(kValue.target_velocity), dictionary.get(kValue.target_torque),
           dictionary.get(kValue.velocity_offset), dictionary.get(kValue.torque_offset)};

@@ -191,30 +191,42 @@ void FineInterpolator::step_cosine(double t) noexcept {
 }
 
 void FineInterpolator::step() noexcept {
-  if (elapsed_ == steps_ && makes_up()) {
-    samples_ = {2.0 * samples_[0] - samples_[1], samples_[0], samples_[1]};
-    ++made_up_;
-    elapsed_ = 0;
-    start_segment((samples_[0] - samples_[1]) / period_s_);
+  if (elapsed_ == steps_) end_segment();
+  if (elapsed_ < steps_) {
+    step_segment();
+  } else {
+    step_beyond();
   }
-  step_curve();
   output_ = {value_, velocity_, acceleration_};
-  if (!pursuit_) return;
+  if (pursuit_) pursue();
+}
+
+/// The next sample is missing: extrapolates it, if the method does so and not too many were missing already.
+void FineInterpolator::end_segment() noexcept {
+  if (!makes_up()) return;
+  samples_ = {2.0 * samples_[0] - samples_[1], samples_[0], samples_[1]};
+  ++made_up_;
+  elapsed_ = 0;
+  start_segment((samples_[0] - samples_[1]) / period_s_);
+}
+
+void FineInterpolator::pursue() noexcept {
   output_ = pursuit_->step(output_, step_s_);
   if (pursuit_->joined()) pursuit_.reset();
 }
 
-void FineInterpolator::step_curve() noexcept {
-  if (elapsed_ < steps_) {
-    ++elapsed_;
-    const double t = elapsed_ * step_s_;
-    if (method_ == Method::kCosine) return step_cosine(t);
-    const auto& c = polynomial_;
-    value_ = c[0] + t * (c[1] + t * (c[2] + t * c[3]));
-    velocity_ = c[1] + t * (2.0 * c[2] + t * 3.0 * c[3]);
-    acceleration_ = 2.0 * c[2] + t * 6.0 * c[3];
-    return;
-  }
+void FineInterpolator::step_segment() noexcept {
+  ++elapsed_;
+  const double t = elapsed_ * step_s_;
+  if (method_ == Method::kCosine) return step_cosine(t);
+  const auto& c = polynomial_;
+  value_ = c[0] + t * (c[1] + t * (c[2] + t * c[3]));
+  velocity_ = c[1] + t * (2.0 * c[2] + t * 3.0 * c[3]);
+  acceleration_ = 2.0 * c[2] + t * 6.0 * c[3];
+}
+
+/// Brakes the output, because no sample has come in time.
+void FineInterpolator::step_beyond() noexcept {
   acceleration_ = 0.0;
   elapsed_ += elapsed_ < std::numeric_limits<std::uint32_t>::max() ? 1 : 0;
   if (elapsed_ > steps_) {

@@ -55,7 +55,7 @@ class DriveCore final : private MachineEvents {
   /// Called when the bus has written its process data objects: control word, setpoints. \rtsafe
   void outputs_written() noexcept;
   /// Raises a fault of the bus. \rtsafe
-  void raise(Fault fault) noexcept;
+  [[gnu::cold]] void raise(Fault fault) noexcept;
   /// Returns the end of the current control cycle on the clock of advance(); nullopt before its first call. \rtsafe
   [[nodiscard]] std::optional<std::chrono::nanoseconds> cycle_end() const noexcept;
   /// Synchronises the control cycles with the clock of the bus: a cycle ends at `end`. \rtsafe
@@ -225,7 +225,7 @@ class DriveCore final : private MachineEvents {
   void monitor() noexcept;
   void monitor_protection() noexcept;
   void publish() noexcept;
-  void publish_states() noexcept;
+  [[gnu::cold]] void publish_states() noexcept;
   void publish_groups(ValueGroups groups) const noexcept;
   void publish_all_from_now() const noexcept {
     all_read_ = true;
@@ -236,7 +236,7 @@ class DriveCore final : private MachineEvents {
   [[nodiscard]] std::int32_t shown_position(std::int64_t increments) const noexcept;
 
   void watch_fault_reset() noexcept;
-  void acknowledge() noexcept;
+  [[gnu::cold]] void acknowledge() noexcept;
   [[nodiscard]] bool cause_persists(Fault fault) const noexcept;
   [[nodiscard]] bool store_parameters();
   [[nodiscard]] PowerState shown_state() const noexcept;

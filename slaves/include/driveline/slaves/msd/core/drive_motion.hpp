@@ -181,6 +181,7 @@ class DriveMotion {
   [[nodiscard]] double position_setpoint_rad() const noexcept;
   [[nodiscard]] double measured_position_rad() const noexcept;
   [[nodiscard]] double to_rad(double position) const noexcept;
+  [[nodiscard]] double obey() noexcept;
   [[nodiscard]] double follow() noexcept;
   [[nodiscard]] double follow_position() noexcept;
   [[nodiscard]] double follow_velocity() noexcept;

@@ -57,17 +57,20 @@ class FineInterpolator {
 
  private:
   void start_line(double end) noexcept;
-  void step_cosine(double t) noexcept;
+  [[gnu::cold]] void step_cosine(double t) noexcept;
   void start_cubic(double end, double end_velocity) noexcept;
   void start_segment(double velocity) noexcept;
   void find_steady_change() noexcept;
   [[nodiscard]] std::uint32_t samples_in(double rise) const noexcept;
   [[nodiscard]] bool take_on_time(double sample) noexcept;
-  void take_late(double sample) noexcept;
-  [[nodiscard]] bool leaps() const noexcept;
-  void begin_pursuit() noexcept;
+  [[gnu::cold]] void take_late(double sample) noexcept;
+  [[nodiscard, gnu::cold]] bool leaps() const noexcept;
+  [[gnu::cold]] void begin_pursuit() noexcept;
   [[nodiscard]] bool makes_up() const noexcept;
-  void step_curve() noexcept;
+  [[gnu::cold]] void end_segment() noexcept;
+  void step_segment() noexcept;
+  [[gnu::cold]] void step_beyond() noexcept;
+  [[gnu::cold]] void pursue() noexcept;
 
   Method method_ = Method::kLinear;
   bool late_ = false;  ///< the last sample was late

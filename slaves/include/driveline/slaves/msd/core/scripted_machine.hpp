@@ -54,9 +54,9 @@ class ScriptedMachine {
     std::chrono::nanoseconds at{0};
   };
 
-  void pass(const MachineSwitch& s) noexcept;
-  void follow_scripts(std::chrono::nanoseconds cycle_end) noexcept;
-  void apply_scheduled(std::chrono::nanoseconds cycle_end) noexcept;
+  [[gnu::cold]] void pass(const MachineSwitch& s) noexcept;  // few machines have switches
+  [[gnu::cold]] void follow_scripts(std::chrono::nanoseconds cycle_end) noexcept;
+  [[gnu::cold]] void apply_scheduled(std::chrono::nanoseconds cycle_end) noexcept;
   void change_within(const Change& change, std::chrono::nanoseconds cycle_end) noexcept;
 
   std::vector<MachineSwitch> switches_;

@@ -24,7 +24,7 @@ class TouchProbe {
   /// Handles an edge of probe 0 (ISD05) or 1 (ISD06). \rtsafe
   void edge(std::size_t probe, bool rising, std::int32_t position) noexcept;
   /// Handles a passage of the encoder's zero pulse. \rtsafe
-  void zero_pulse(std::int32_t position) noexcept;
+  [[gnu::cold]] void zero_pulse(std::int32_t position) noexcept;
 
   [[nodiscard]] std::uint16_t status() const noexcept { return status_; }  ///< 60B9h
   /// Returns the values of 60BAh-60BDh. \rtsafe
