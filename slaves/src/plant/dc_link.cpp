@@ -13,7 +13,7 @@ constexpr double kHighestVolts = 1e4;
 }  // namespace
 
 DcLink::DcLink(const DcLinkParameters& parameters, double mains_volts) noexcept
-    : parameters_(parameters), mains_volts_(in_range(mains_volts, 0.0, kHighestVolts, 0.0)), volts_(mains_volts_) {
+    : volts_(in_range(mains_volts, 0.0, kHighestVolts, 0.0)), mains_volts_(volts_), parameters_(parameters) {
   parameters_.capacitance_f = at_least(parameters.capacitance_f, 1e-6);
   parameters_.brake_resistor_ohm = at_least(parameters.brake_resistor_ohm, 0.0);
   parameters_.standby_w = at_least(parameters.standby_w, 0.0);

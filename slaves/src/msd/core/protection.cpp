@@ -23,10 +23,10 @@ constexpr std::uint16_t kWarningTexts = 8;  ///< P 33[1-8]
 Protection::Protection(ObjectDictionary& dictionary, DriveMotion& motion, const MsdParameters& parameters) noexcept
     : dictionary_(&dictionary),
       motion_(&motion),
-      dc_link_(parameters.dc_link, parameters.dc_link_volts),
-      thermal_(parameters.thermal),
       overcurrent_a_(kOvercurrentShare * motion.motor().rated_characteristic().max_current_a),
-      text_slot_(dictionary.table().find(kMessagesIndex, 1)->slot) {
+      text_slot_(dictionary.table().find(kMessagesIndex, 1)->slot),
+      dc_link_(parameters.dc_link, parameters.dc_link_volts),
+      thermal_(parameters.thermal) {
   motion_->set_dc_link_voltage(dc_link_.volts());
 }
 

@@ -34,9 +34,9 @@ class DcLink {
   [[nodiscard]] bool brake_resistor() const noexcept { return resistor_; }
 
  private:
-  DcLinkParameters parameters_;
-  double mains_volts_;
   double volts_;
+  double mains_volts_;
+  DcLinkParameters parameters_;
   bool mains_ = true;
   bool resistor_ = true;
   bool forced_ = false;

@@ -14,27 +14,27 @@ namespace driveline::slaves::msd {
 
 /// Settings of the motion control from the object dictionary, in motor units.
 struct MotionSettings {
-  Scaling scaling;                                                      ///< user units, see Scaling
-  PositionRangeLimit range;                                             ///< position range (607Bh)
-  ControllerParameters controller;                                      ///< P 320, P 321, P 351, P 360, 6072h, 6080h
+  double standstill_rad_s = 1.0;            ///< below this speed the axis counts as at standstill
+  double torque_per_demand = 1.0;           ///< actual torque per torque by P 457 and P 460; 1 if these match the motor
+  double speed_feed_forward = 1.0;          ///< share, 0..1
+  double torque_feed_forward = 1.0;         ///< share, 0..1
+  double feed_forward_inertia_kg_m2 = 0.0;  ///< 0: no internal torque feed-forward
+  bool external_speed_feed_forward = false;                             ///< 60B1h is the speed feed-forward
+  bool external_torque_feed_forward = false;                            ///< 60B2h is the torque feed-forward
+  bool position_limited = false;                                        ///< software limits 607Dh, in position units
   FineInterpolator::Method method = FineInterpolator::Method::kLinear;  ///< P 370
-  std::uint32_t steps_per_setpoint = 16;      ///< control cycles per setpoint of the bus (60C2h), at least 1
-  double speed_feed_forward = 1.0;            ///< share, 0..1
-  double torque_feed_forward = 1.0;           ///< share, 0..1
-  bool external_speed_feed_forward = false;   ///< 60B1h is the speed feed-forward
-  bool external_torque_feed_forward = false;  ///< 60B2h is the torque feed-forward
-  double feed_forward_inertia_kg_m2 = 0.0;    ///< 0: no internal torque feed-forward
-  double rated_torque_nm = 2.4;               ///< P 460, equals 1000 per mille of torque
-  double rated_current_a = 2.5;               ///< P 457, RMS value, equals 1000 per mille of current
-  double torque_per_demand = 1.0;     ///< actual torque per torque by P 457 and P 460; 1 if these match the motor
-  double slow_down_rad_s2 = 600.0;    ///< 6084h
-  double quick_stop_rad_s2 = 2500.0;  ///< 6085h
+  std::uint32_t steps_per_setpoint = 16;  ///< control cycles per setpoint of the bus (60C2h), at least 1
+  double rated_torque_nm = 2.4;           ///< P 460, equals 1000 per mille of torque
+  PositionRangeLimit range;               ///< position range (607Bh)
+  Scaling scaling;                        ///< user units, see Scaling
+  std::int32_t position_min = 0;          ///< 607Dh:01, position units
+  std::int32_t position_max = 0;          ///< 607Dh:02, position units
+  double rated_current_a = 2.5;           ///< P 457, RMS value, equals 1000 per mille of current
+  double slow_down_rad_s2 = 600.0;        ///< 6084h
+  double quick_stop_rad_s2 = 2500.0;      ///< 6085h
+  double jerk_time_s = 0.0;         ///< jerk time of profile and quick stop ramps, not of fault ramps (MSD manual 10.2)
+  ControllerParameters controller;  ///< P 320, P 321, P 351, P 360, 6072h, 6080h
   VoltageFrequencyParameters voltage_frequency;  ///< U/f characteristic of mode 2
-  double jerk_time_s = 0.0;       ///< jerk time of profile and quick stop ramps, not of fault ramps (MSD manual 10.2)
-  double standstill_rad_s = 1.0;  ///< below this speed the axis counts as at standstill
-  bool position_limited = false;  ///< software limits 607Dh, in position units
-  std::int32_t position_min = 0;  ///< 607Dh:01, position units
-  std::int32_t position_max = 0;  ///< 607Dh:02, position units
 };
 
 /// Setpoints in the object dictionary, in user units.
@@ -196,27 +196,28 @@ class DriveMotion {
 
   ServoMotor motor_;
   ServoController controller_;
-  VoltageFrequency frequency_control_;
-  MotionSettings settings_;
+  // What a drive that follows cyclic positions uses is together, so that it shares few cache lines.
+  MotionCommand command_ = MotionCommand::kOff;
+  MotionSource source_ = MotionSource::kNone;
+  bool by_frequency_ = false;  ///< U/f operation, including the ramp that ends it
+  bool limited_ = false;
+  bool ramping_ = false;
+  std::uint32_t slow_steps_ = 0;  ///< control cycles within the standstill window
+  std::uint32_t samples_on_time_ = 0;
+  std::uint32_t steps_since_sample_ = 0;
+  double torque_demand_nm_ = 0.0;
+  std::int64_t zero_ = 0;
+  std::int64_t target_position_ = 0;   ///< cyclic position setpoint, not wrapped to 32 bits
+  std::int64_t allowed_position_ = 0;  ///< target_position_ within the software limits
   Setpoints setpoints_;
+  MotionSettings settings_;
   FineInterpolator position_;
   FineInterpolator velocity_;
   FineInterpolator torque_;
   ProfileGenerator generator_;
-  MotionCommand command_ = MotionCommand::kOff;
-  MotionSource source_ = MotionSource::kNone;
-  std::int64_t zero_ = 0;
-  std::int64_t target_position_ = 0;   ///< cyclic position setpoint, not wrapped to 32 bits
-  std::int64_t allowed_position_ = 0;  ///< target_position_ within the software limits
-  double torque_demand_nm_ = 0.0;
+  VoltageFrequency frequency_control_;
   double stop_velocity_rad_s_ = 0.0;
-  std::uint32_t slow_steps_ = 0;  ///< control cycles within the standstill window
-  std::uint32_t samples_on_time_ = 0;
-  std::uint32_t steps_since_sample_ = 0;
-  bool ramping_ = false;
   double ramp_jerk_time_s_ = 0.0;
-  bool by_frequency_ = false;  ///< U/f operation, including the ramp that ends it
-  bool limited_ = false;
 };
 
 }  // namespace driveline::slaves::msd

@@ -21,6 +21,31 @@ inline constexpr std::uint16_t kMessagesIndex = 0x2000 + 33;
 /// same value.
 struct DriveValues : SlotNumbers {
   constexpr DriveValues() noexcept : SlotNumbers(0) {}
+  // What a drive that follows cyclic setpoints reads or writes in every cycle, in few cache lines.
+  Slot<std::uint16_t> control_word{next()};            ///< 6040h
+  Slot<std::int8_t> mode{next()};                      ///< 6060h
+  Slot<std::int32_t> target_position{next()};          ///< 607Ah
+  Slot<std::int32_t> target_velocity{next()};          ///< 60FFh
+  Slot<std::int16_t> target_torque{next()};            ///< 6071h
+  Slot<std::int32_t> velocity_offset{next()};          ///< 60B1h
+  Slot<std::int16_t> torque_offset{next()};            ///< 60B2h
+  Slot<std::int32_t> interpolation_data{next()};       ///< 60C1h:01
+  Slot<std::uint16_t> touch_probe_function{next()};    ///< 60B8h
+  Slot<std::uint32_t> physical_outputs{next()};        ///< 60FEh:01
+  Slot<std::uint16_t> reference_source{next()};        ///< P 165
+  Slot<std::uint16_t> status_word{next()};             ///< 6041h
+  Slot<std::int8_t> mode_display{next()};              ///< 6061h
+  Slot<std::int32_t> position_actual{next()};          ///< 6064h
+  Slot<std::int32_t> velocity_actual{next()};          ///< 606Ch
+  Slot<std::int16_t> torque_actual{next()};            ///< 6077h
+  Slot<std::int32_t> following_error{next()};          ///< 60F4h
+  Slot<std::int32_t> position_demand{next()};          ///< 6062h
+  Slot<std::uint16_t> error_code{next()};              ///< 603Fh
+  Slot<std::uint8_t> dummy_byte{next()};               ///< P 2055
+  Slot<std::uint32_t> following_error_window{next()};  ///< 6065h
+  Slot<std::uint32_t> position_window{next()};         ///< 6067h
+  Slot<std::uint16_t> position_window_time{next()};    ///< 6068h
+  // settings, and the rest
   Slot<std::uint8_t> error_register{next()};                  ///< 1001h
   Slot<std::uint8_t> error_count{next()};                     ///< 1003h:00
   Slot<std::uint32_t> last_error{next()};                     ///< 1003h:01
@@ -34,7 +59,6 @@ struct DriveValues : SlotNumbers {
   Slot<std::uint8_t> fault_reset_parameter{next()};           ///< P 153
   Slot<std::uint32_t> external_reaction_time{next()};         ///< P 154
   Slot<std::uint16_t> control_location{next()};               ///< P 159
-  Slot<std::uint16_t> reference_source{next()};               ///< P 165
   Slot<float> reference_cycle{next()};                        ///< P 306
   Slot<float> velocity_gain{next()};                          ///< P 320
   Slot<float> velocity_reset{next()};                         ///< P 321
@@ -50,37 +74,22 @@ struct DriveValues : SlotNumbers {
   Slot<std::uint16_t> torque_feed_forward_source{next()};     ///< P 379[2]
   Slot<float> standstill_window{next()};                      ///< P 745
   Slot<float> total_inertia{next()};                          ///< P 1516
-  Slot<std::uint8_t> dummy_byte{next()};                      ///< P 2055
   Slot<std::uint8_t> nmt_state{next()};                       ///< P 2060
-  Slot<std::uint16_t> error_code{next()};                     ///< 603Fh
-  Slot<std::uint16_t> control_word{next()};                   ///< 6040h
-  Slot<std::uint16_t> status_word{next()};                    ///< 6041h
   Slot<std::int16_t> quick_stop_option{next()};               ///< 605Ah
   Slot<std::int16_t> shutdown_option{next()};                 ///< 605Bh
   Slot<std::int16_t> disable_operation_option{next()};        ///< 605Ch
   Slot<std::int16_t> halt_option{next()};                     ///< 605Dh
   Slot<std::int16_t> fault_reaction_option{next()};           ///< 605Eh
-  Slot<std::int8_t> mode{next()};                             ///< 6060h
-  Slot<std::int8_t> mode_display{next()};                     ///< 6061h
-  Slot<std::int32_t> position_demand{next()};                 ///< 6062h
-  Slot<std::int32_t> position_actual{next()};                 ///< 6064h
-  Slot<std::uint32_t> following_error_window{next()};         ///< 6065h
   Slot<std::uint16_t> following_error_time{next()};           ///< 6066h
-  Slot<std::uint32_t> position_window{next()};                ///< 6067h
-  Slot<std::uint16_t> position_window_time{next()};           ///< 6068h
   Slot<std::int32_t> velocity_demand{next()};                 ///< 606Bh
-  Slot<std::int32_t> velocity_actual{next()};                 ///< 606Ch
   Slot<std::uint16_t> velocity_window{next()};                ///< 606Dh
   Slot<std::uint16_t> velocity_window_time{next()};           ///< 606Eh
-  Slot<std::int16_t> target_torque{next()};                   ///< 6071h
   Slot<std::uint16_t> max_torque{next()};                     ///< 6072h
   Slot<std::int16_t> torque_demand{next()};                   ///< 6074h
   Slot<std::uint32_t> motor_rated_current{next()};            ///< 6075h
   Slot<std::uint32_t> motor_rated_torque{next()};             ///< 6076h
-  Slot<std::int16_t> torque_actual{next()};                   ///< 6077h
   Slot<std::int16_t> current_actual{next()};                  ///< 6078h
   Slot<std::uint32_t> dc_link_voltage{next()};                ///< 6079h
-  Slot<std::int32_t> target_position{next()};                 ///< 607Ah
   Slot<std::int32_t> position_limit_min{next()};              ///< 607Dh:01
   Slot<std::int32_t> position_limit_max{next()};              ///< 607Dh:02
   Slot<std::uint8_t> polarity{next()};                        ///< 607Eh
@@ -101,12 +110,8 @@ struct DriveValues : SlotNumbers {
   Slot<std::uint32_t> velocity_factor_divisor{next()};        ///< 6094h:02
   Slot<std::uint32_t> acceleration_factor_numerator{next()};  ///< 6097h:01
   Slot<std::uint32_t> acceleration_factor_divisor{next()};    ///< 6097h:02
-  Slot<std::int32_t> velocity_offset{next()};                 ///< 60B1h
-  Slot<std::int16_t> torque_offset{next()};                   ///< 60B2h
   Slot<std::uint8_t> interpolation_period_value{next()};      ///< 60C2h:01
   Slot<std::int8_t> interpolation_period_index{next()};       ///< 60C2h:02
-  Slot<std::int32_t> following_error{next()};                 ///< 60F4h
-  Slot<std::int32_t> target_velocity{next()};                 ///< 60FFh
   // profile position and profile velocity
   Slot<std::uint32_t> profile_velocity{next()};         ///< 6081h
   Slot<std::uint32_t> max_profile_velocity{next()};     ///< 607Fh
@@ -135,7 +140,6 @@ struct DriveValues : SlotNumbers {
   Slot<std::uint32_t> velocity_deceleration_time{next()};     ///< 6049h:02
   Slot<std::int32_t> velocity_dimension_numerator{next()};    ///< 604Ch:01
   Slot<std::int32_t> velocity_dimension_denominator{next()};  ///< 604Ch:02
-  Slot<std::int32_t> interpolation_data{next()};              ///< 60C1h:01
   // units
   Slot<std::int8_t> position_notation{next()};      ///< 6089h
   Slot<std::int8_t> velocity_notation{next()};      ///< 608Bh
@@ -145,13 +149,11 @@ struct DriveValues : SlotNumbers {
   Slot<std::uint32_t> input_inversion{next()};             ///< P 120
   SlotArray<std::uint16_t, 5> output_functions{next(5)};   ///< P 122-P 126, in order
   Slot<std::uint32_t> output_state{next()};                ///< P 143
-  Slot<std::uint32_t> physical_outputs{next()};            ///< 60FEh:01
   Slot<std::uint32_t> output_mask{next()};                 ///< 60FEh:02
   Slot<float> brake_lift_time{next()};                     ///< P 213
   Slot<float> brake_close_time{next()};                    ///< P 214
   // touch probe
   Slot<std::uint16_t> touch_probe_variant{next()};         ///< P 2285
-  Slot<std::uint16_t> touch_probe_function{next()};        ///< 60B8h
   Slot<std::uint16_t> touch_probe_status{next()};          ///< 60B9h
   SlotArray<std::int32_t, 4> touch_probe_values{next(4)};  ///< 60BAh-60BDh, in order
   // monitoring

@@ -72,25 +72,26 @@ class FineInterpolator {
   [[gnu::cold]] void step_beyond() noexcept;
   [[gnu::cold]] void pursue() noexcept;
 
+  // What the steps within a segment use comes last, so that it shares few cache lines.
+  std::uint16_t bridged_ = 1;  ///< maximum number of extrapolated periods
+  double top_speed_ = std::numeric_limits<double>::infinity();
+  double stop_rate_ = std::numeric_limits<double>::infinity();
+  std::optional<trajectory::Rejoin> pursuit_;  ///< return to the curve, while in progress
   Method method_ = Method::kLinear;
-  bool late_ = false;  ///< the last sample was late
+  bool late_ = false;          ///< the last sample was late
+  std::uint16_t made_up_ = 0;  ///< extrapolated samples since the last received sample
   std::uint32_t steps_ = 2;
   std::uint32_t elapsed_ = 0;
-  std::uint16_t bridged_ = 1;  ///< maximum number of extrapolated periods
-  std::uint16_t made_up_ = 0;  ///< extrapolated samples since the last received sample
-  double stop_rate_ = std::numeric_limits<double>::infinity();
-  double steady_change_ = std::numeric_limits<double>::infinity();  ///< a steady rise changes no more
-  double top_speed_ = std::numeric_limits<double>::infinity();
   double step_s_ = 62.5e-6;
-  double period_s_ = 125e-6;         ///< steps_ * step_s_
-  std::array<double, 3> samples_{};  ///< newest first
+  double period_s_ = 125e-6;                                        ///< steps_ * step_s_
+  double steady_change_ = std::numeric_limits<double>::infinity();  ///< a steady rise changes no more
+  double last_sample_ = 0.0;                                        ///< last received sample
+  std::array<double, 3> samples_{};                                 ///< newest first
   /// Coefficients over the time in the segment, constant term first; or start and rise of the cosine.
   std::array<double, 4> polynomial_{};
-  double last_sample_ = 0.0;  ///< last received sample
-  double value_ = 0.0;        ///< position on the curve; the next two are its derivatives
+  double value_ = 0.0;  ///< position on the curve; the next two are its derivatives
   double velocity_ = 0.0;
   double acceleration_ = 0.0;
-  std::optional<trajectory::Rejoin> pursuit_;  ///< return to the curve, while in progress
   trajectory::AxisSetpoint output_{};
 };
 

@@ -58,10 +58,10 @@ class ParameterStore {
   std::chrono::nanoseconds start_up_time_;
   std::chrono::nanoseconds factory_start_up_time_;
   std::chrono::nanoseconds save_time_;
-  std::chrono::nanoseconds save_left_{0};
   bool good_ = true;
   bool factory_reset_pending_ = false;
   bool stored_are_factory_ = false;  ///< the next start takes as long as after a reset to factory settings
+  std::chrono::nanoseconds save_left_{0};
 };
 
 }  // namespace driveline::slaves::msd

@@ -80,15 +80,15 @@ class Protection {
 
   ObjectDictionary* dictionary_;
   DriveMotion* motion_;
-  DcLink dc_link_;
-  ThermalModel thermal_;
-  OverloadLimits limits_;
-  double dc_link_limit_volts_ = 0.0;
   double overcurrent_a_;  ///< amplitude
   std::uint32_t warnings_ = 0;
   std::uint32_t shown_warnings_ = 0;
   bool changed_ = true;      ///< the dictionary does not have the values of publish() yet
   std::uint16_t text_slot_;  ///< text slot of the first warning, P 33[1]
+  DcLink dc_link_;
+  double dc_link_limit_volts_ = 0.0;
+  ThermalModel thermal_;
+  OverloadLimits limits_;
 };
 
 }  // namespace driveline::slaves::msd

@@ -12,10 +12,10 @@ namespace driveline::slaves::msd {
 struct Scaling {
   double position_rad = 1.0;         ///< motor radians per position unit; negative with inverted polarity
   double velocity_rad_s = 1.0;       ///< motor rad/s per velocity unit; negative with inverted polarity
-  double acceleration_rad_s2 = 1.0;  ///< motor rad/s2 per acceleration unit, always positive
+  bool inverted = false;             ///< positions have inverted polarity
   Ratio units_per_increment;         ///< position units per increment of the motor encoder
   Ratio increments_per_unit;         ///< inverse of units_per_increment, as a fraction
-  bool inverted = false;             ///< positions have inverted polarity
+  double acceleration_rad_s2 = 1.0;  ///< motor rad/s2 per acceleration unit, always positive
 
   /// Calculates the scaling from 607Eh, 6089h-608Dh, 608Fh and 6090h-6092h; writes the factors 6093h, 6094h and 6097h
   /// back. `encoder_increments`: increments of the motor encoder per revolution. \rtsafe

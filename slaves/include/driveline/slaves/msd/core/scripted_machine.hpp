@@ -60,13 +60,13 @@ class ScriptedMachine {
   void change_within(const Change& change, std::chrono::nanoseconds cycle_end) noexcept;
 
   std::vector<MachineSwitch> switches_;
+  std::size_t scheduled_count_ = 0;
+  std::chrono::nanoseconds script_due_ = kNever;  ///< time of the next jump of a scripted input
   std::vector<ScriptedSignal> scripts_;
   const Terminals* terminals_;
   const ServoMotor* motor_;
   MachineEvents* events_;
   std::array<Change, 16> scheduled_{};
-  std::size_t scheduled_count_ = 0;
-  std::chrono::nanoseconds script_due_ = kNever;  ///< time of the next jump of a scripted input
   std::chrono::nanoseconds script_start_{0};
 };
 

@@ -108,6 +108,7 @@ class Terminals {
   void evaluate() noexcept;
   void sort_outputs() noexcept;
 
+  InputSignals signals_;
   std::uint32_t inputs_ = 0x81;  ///< initially ENPO and ISDSH are connected
   std::uint32_t inverted_ = 0;   ///< P 120
   std::uint32_t outputs_ = 0;
@@ -119,7 +120,6 @@ class Terminals {
   std::uint32_t limit_ = 0;
   std::uint32_t brake_ = 0;
   std::uint32_t driven_ = UINT32_MAX;  ///< off, limit or brake: set in every control cycle
-  InputSignals signals_;
 };
 
 }  // namespace driveline::slaves::msd
