@@ -7,18 +7,10 @@
 namespace driveline::esi {
 namespace {
 
-constexpr std::size_t kMaxNotes = 200;  ///< limit; the next note says that more are omitted
-constexpr std::size_t kMaxQuoted = 60;  ///< longest excerpt of the file in a message
-constexpr std::string_view kWhiteSpace = " \t\r\n";
 constexpr std::uint32_t kEnglish = 1033;
 
 std::size_t offset_of(pugi::xml_node node) {
   return static_cast<std::size_t>(std::max<std::ptrdiff_t>(node.offset_debug(), 0));
-}
-
-std::string shortened(std::string text) {
-  if (text.size() > kMaxQuoted) text = text.substr(0, kMaxQuoted) + "...";
-  return text;
 }
 
 /// Returns the name of the element, with its number among siblings of the same name when there are several.
@@ -32,20 +24,6 @@ std::string step_of(pugi::xml_node node) {
 }
 
 }  // namespace
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(kWhiteSpace);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kWhiteSpace) - first + 1);
-}
-
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return lower;
-}
 
 XmlContext::XmlContext(std::string_view text, std::string_view file_name) : file_name_(file_name), line_starts_{0} {
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -72,11 +50,10 @@ void XmlContext::note(pugi::xml_node node, std::string text) {
   notes_.push_back({line_of(offset_of(node)), path_of(node), std::move(text)});
 }
 
-void XmlContext::fail(pugi::xml_node node, std::string problem, std::string expected) {
+void XmlContext::fail(pugi::xml_node node, const std::string& problem, std::string expected) {
   if (error_) return;
   const std::size_t offset = offset_of(node);
-  error_ =
-      EsiError{file_name_, line_of(offset), offset, path_of(node), shortened(std::move(problem)), std::move(expected)};
+  error_ = EsiError{file_name_, line_of(offset), offset, path_of(node), shortened(problem), std::move(expected)};
 }
 
 void XmlContext::fail_at(std::size_t offset, std::string problem) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "driveline/esi/esi_file.hpp"
+#include "text.hpp"
 
 namespace driveline::esi {
 
@@ -26,7 +27,7 @@ class XmlContext {
   XmlContext(std::string_view text, std::string_view file_name);
 
   void note(pugi::xml_node node, std::string text);
-  void fail(pugi::xml_node node, std::string problem, std::string expected);
+  void fail(pugi::xml_node node, const std::string& problem, std::string expected);
   void fail_at(std::size_t offset, std::string problem);
   [[nodiscard]] const std::optional<EsiError>& error() const { return error_; }
   [[nodiscard]] std::vector<EsiNote> take_notes() { return std::move(notes_); }
@@ -62,12 +63,6 @@ class XmlContext {
   std::optional<EsiError> error_;
   std::vector<EsiNote> notes_;
 };
-
-/// Converts ASCII letters to lower case.
-[[nodiscard]] std::string lower_case(std::string_view text);
-
-/// Removes white space at both ends of the text.
-[[nodiscard]] std::string_view trimmed(std::string_view text);
 
 /// Returns the value of a decimal, #x or 0x number that fits into T; nullopt when the text contains anything else.
 template <typename T>

@@ -175,9 +175,10 @@ constexpr std::array kCommands = {
     Command{"esi", "", kFiles, "Device description files (ESI) and EEPROM images (SII)", "", nullptr},
     Command{"esi generate", "", "", "Write ESI files, SII images, EDS and object pages of the simulated drives",
             "esi generate out", prepare_esi_generate},
-    Command{"esi validate", "", "", "Check an ESI file and list what the reader ignores",
+    Command{"esi validate", "", "", "Check an ESI file, EDS or DCF, and list what the reader ignores",
             "esi validate esi/data/moog_msd.xml", prepare_esi_validate},
-    Command{"esi show", "", "", "List the devices of an ESI file", "esi show esi/data/moog_msd.xml", prepare_esi_show},
+    Command{"esi show", "", "", "List the devices of an ESI file, or the content of an EDS or DCF",
+            "esi show esi/data/moog_msd.xml", prepare_esi_show},
     Command{"doctor", "", kMeasuring, "Check whether this machine can run a punctual cycle, and print remedies",
             "doctor --iface eth1 --cpu 1\n"
             "doctor --config examples/line8-nic.toml --iface eth1 --json",

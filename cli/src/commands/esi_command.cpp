@@ -1,5 +1,7 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <filesystem>
+#include <variant>
 #include <vector>
 
 #include "commands/commands.hpp"
@@ -15,12 +17,26 @@
 namespace driveline::cli {
 namespace {
 
-Outcome<esi::EsiFile> read_esi_file(const std::string& name) {
+/// Content of a description: ESI, or EDS and DCF.
+using Description = std::variant<esi::EsiFile, esi::EdsFile>;
+
+/// Whether the text is an electronic data sheet, which has sections, and not XML.
+bool is_data_sheet(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  return first != std::string_view::npos && (text[first] == '[' || text[first] == ';');
+}
+
+Outcome<Description> read_description(const std::string& name) {
   const auto text = runtime::read_input_file(name);
   if (!text) return tl::unexpected(text.error());
+  if (is_data_sheet(*text)) {
+    auto file = esi::read_eds(*text, name);
+    if (!file) return failed(describe(file.error()));
+    return Description(std::move(*file));
+  }
   auto file = esi::read_esi(*text, name);
   if (!file) return failed(esi::to_text(file.error()));
-  return std::move(*file);
+  return Description(std::move(*file));
 }
 
 /// Declares the single path that every ESI command takes.
@@ -81,18 +97,22 @@ Outcome<int> generate_esi(const std::string& directory) {
 }
 
 Outcome<int> validate_esi(const std::string& name) {
-  const auto file = read_esi_file(name);
-  if (!file) return tl::unexpected(file.error());
-  for (const auto& note : file->notes) print_out("{}:{}: {}: {}\n", name, note.line, note.path, note.text);
-  print_out("{}: {} devices, {} notes\n", name, file->devices.size(), file->notes.size());
+  const auto read = read_description(name);
+  if (!read) return tl::unexpected(read.error());
+  if (const auto* sheet = std::get_if<esi::EdsFile>(&*read)) {
+    for (const auto& note : sheet->notes) print_out("{}:{}: {}\n", name, note.line, note.text);
+    print_out("{}: {} objects, {} notes\n", name, sheet->device.objects.size(), sheet->notes.size());
+    return 0;
+  }
+  const auto& file = std::get<esi::EsiFile>(*read);
+  for (const auto& note : file.notes) print_out("{}:{}: {}: {}\n", name, note.line, note.path, note.text);
+  print_out("{}: {} devices, {} notes\n", name, file.devices.size(), file.notes.size());
   return 0;
 }
 
-Outcome<int> show_esi(const std::string& name) {
-  const auto file = read_esi_file(name);
-  if (!file) return tl::unexpected(file.error());
-  print_out("vendor 0x{:08X} {}\n", file->vendor_id, file->vendor_name);
-  for (const auto& device : file->devices) {
+void show(const esi::EsiFile& file) {
+  print_out("vendor 0x{:08X} {}\n", file.vendor_id, file.vendor_name);
+  for (const auto& device : file.devices) {
     print_out("{}  product 0x{:08X}, revision 0x{:08X}: {}\n", device.type, device.product_code, device.revision,
               device.name);
     print_out("  {} sync managers, {} FMMUs, {} RxPDOs, {} TxPDOs, {} objects, {} DC modes\n",
@@ -106,6 +126,42 @@ Outcome<int> show_esi(const std::string& name) {
       print_out("    {}: {}{}{}\n", mode.name, mode.description, pdos.empty() ? "" : ";", pdos);
     }
   }
+}
+
+void show(std::string_view direction, const std::vector<esi::Pdo>& pdos) {
+  for (const auto& pdo : pdos) {
+    std::string entries;
+    for (const auto& entry : pdo.entries) {
+      entries += fmt::format("{} {:04X}h:{:02X} {} ({})", entries.empty() ? ":" : ",", entry.index, entry.subindex,
+                             entry.name, entry.bit_length);
+    }
+    print_out("    {} {:04X}h{}\n", direction, pdo.index, entries.empty() ? ": nothing" : entries);
+  }
+}
+
+void show(const esi::EdsFile& sheet) {
+  const auto& device = sheet.device;
+  print_out("vendor 0x{:08X} {}\n", device.vendor_id, device.vendor_name);
+  print_out("{}  product 0x{:08X}, revision 0x{:08X}: {}\n", device.type, device.product_code, device.revision,
+            device.name);
+  print_out("  {} RxPDOs, {} TxPDOs, {} objects, bit rates {}{}\n", device.rx_pdos.size(), device.tx_pdos.size(),
+            device.objects.size(),
+            sheet.bit_rates.empty() ? "not specified" : fmt::format("{} kbit/s", fmt::join(sheet.bit_rates, ", ")),
+            sheet.lss ? ", LSS" : "");
+  if (sheet.place) {
+    print_out("  node {}{}{}, {} values\n", sheet.place->node_id,
+              sheet.place->name.empty() ? "" : fmt::format(" \"{}\"", sheet.place->name),
+              sheet.place->bit_rate == 0 ? "" : fmt::format(" at {} kbit/s", sheet.place->bit_rate),
+              sheet.values.size());
+  }
+  show("RxPDO", device.rx_pdos);
+  show("TxPDO", device.tx_pdos);
+}
+
+Outcome<int> show_esi(const std::string& name) {
+  const auto read = read_description(name);
+  if (!read) return tl::unexpected(read.error());
+  std::visit([](const auto& file) { show(file); }, *read);
   return 0;
 }
 
@@ -116,11 +172,11 @@ Execute prepare_esi_generate(Arguments& to) {
 }
 
 Execute prepare_esi_validate(Arguments& to) {
-  return with_path(to, Value::file(), "ESI file (XML)", validate_esi);
+  return with_path(to, Value::file(), "ESI file (XML), or electronic data sheet (EDS, DCF)", validate_esi);
 }
 
 Execute prepare_esi_show(Arguments& to) {
-  return with_path(to, Value::file(), "ESI file (XML)", show_esi);
+  return with_path(to, Value::file(), "ESI file (XML), or electronic data sheet (EDS, DCF)", show_esi);
 }
 
 }  // namespace driveline::cli

@@ -124,7 +124,7 @@ class Completion(ProgramTest):
     def test_zsh(self):
         names = {line.split(":")[0] for line in self.zsh("")}
         self.assertLessEqual(set(listed(run("--help").stdout)), names)
-        self.assertIn("validate:Check an ESI file and list what the reader ignores", self.zsh("esi", ""))
+        self.assertIn("validate:Check an ESI file, EDS or DCF, and list what the reader ignores", self.zsh("esi", ""))
         self.assertIn("(-t --type)-t[uint8 ... int64, float, double, string, raw ...; default\\: the type in the slave's "
                       "dictionary]:TYPE:(" , "\n".join(self.zsh("upload", "-"))[:100000])
         self.assertIn(":STATE:(INIT PREOP SAFEOP BOOT)", "\n".join(self.zsh("states", "")))

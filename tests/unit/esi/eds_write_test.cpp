@@ -51,7 +51,7 @@ TEST(EdsWrite, SectionsAndKeysAreThoseOfCia306) {
             "\n[6099]\nParameterName=Homing speeds\nObjectType=0x8\nSubNumber=2\n"
             "\n[6099sub0]\nParameterName=Number of entries\nObjectType=0x7\nDataType=0x0005\nAccessType=ro\n"
             "DefaultValue=0x02\nPDOMapping=0\n"
-            "\n[6099sub1]\nParameterName=Switch\nObjectType=0x7\nDataType=0x0007\nAccessType=rw\n"
+            "\n[6099sub1]\nParameterName=Switch\nObjectType=0x7\nDataType=0x0007\nAccessType=rww\n"
             "LowLimit=0x00000001\nDefaultValue=0x00500000\nPDOMapping=1\n"
             "\n[ManufacturerObjects]\nSupportedObjects=1\n1=0x2003\n"
             "\n[2003]\nParameterName=Alias\nObjectType=0x7\nDataType=0x0009\nAccessType=rw\nPDOMapping=0\n");
