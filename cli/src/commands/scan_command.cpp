@@ -74,7 +74,7 @@ Outcome<void> ask_drives(LineView& line, std::vector<FoundSlave>& slaves) {
   if (auto done = line.open_mailboxes(positions, false); !done) return done;
   for (const auto position : positions) {
     if (auto* mailbox = line.mailbox(position); mailbox != nullptr) {
-      slaves[position].drive = FoundDrive::read(line, *mailbox);
+      slaves[position].drives = FoundDrive::read_all(line, *mailbox);
     }
   }
   return {};
@@ -139,7 +139,7 @@ Outcome<void> write_description(LineView& line, std::span<const SlaveView> views
   std::vector<ecat_master::SlaveRef> refs;
   std::vector<std::string> labels;
   for (const auto& view : views) {
-    found.slaves.push_back({view, std::nullopt, std::nullopt, {}});
+    found.slaves.push_back({view, std::nullopt, {}, {}});
     refs.push_back(view.slave.ref);
     labels.push_back(fmt::format("slave{}", view.slave.ref.position));
   }

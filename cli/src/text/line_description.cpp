@@ -8,6 +8,7 @@
 
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/motion/cia402/cyclic_mode.hpp"
+#include "driveline/motion/drive/drive_objects.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/devices/device_registry.hpp"
 #include "driveline/runtime/setup/drive_facts.hpp"
@@ -18,6 +19,7 @@ namespace {
 /// Device profile in the lower word of 1000h (CiA 402-1).
 constexpr std::uint32_t kProfileMask = 0xFFFF;
 constexpr std::uint32_t kDriveProfile = 402;
+constexpr std::uint16_t kStatusWord = 0x6041;
 /// Mapping objects of a drive that describes none (CiA 402).
 constexpr std::uint16_t kFirstRxPdo = 0x1600;
 constexpr std::uint16_t kFirstTxPdo = 0x1A00;
@@ -82,7 +84,7 @@ std::string place_lines(const FoundSlave& slave, const IdentityUses& names) {
 /// For a drive whose mapping cannot be changed: its own PDOs, commented out for the user. They follow the slave,
 /// because a [[slave.pdo]] belongs to the preceding [[slave]].
 std::string pdo_lines(const FoundSlave& slave) {
-  if (!slave.drive || is_known_drive(*slave.view.sii)) return {};
+  if (slave.drives.empty() || is_known_drive(*slave.view.sii)) return {};
   const auto& device = slave.view.info.description;
   const auto lines_of = [](const std::vector<esi::Pdo>& pdos, std::uint16_t otherwise) {
     std::string text;
@@ -138,8 +140,7 @@ bool simulated(const FoundLine& line) {
 }
 
 /// Why the drive cannot be an axis as it is; empty: it can.
-std::string obstacle(const FoundSlave& slave, const FoundLine& line) {
-  const auto& drive = *slave.drive;
+std::string obstacle(const FoundSlave& slave, const FoundDrive& drive, const FoundLine& line) {
   const auto modes = cyclic_modes(drive);
   if (modes.empty()) {
     return fmt::format("6502h is 0x{:08X}: it has none of the modes csp, csv and cst", *drive.supported_modes);
@@ -155,15 +156,26 @@ std::string obstacle(const FoundSlave& slave, const FoundLine& line) {
   return {};
 }
 
-std::string axis_lines(const FoundSlave& slave, const FoundLine& line) {
+/// Returns the name of the axis: that of its slave and, if this has several drives, of the drive.
+std::string axis_name(const FoundSlave& slave, const FoundDrive& drive) {
   const auto position = slave.view.slave.ref.position;
-  const auto& drive = *slave.drive;
-  const auto reason = obstacle(slave, line);
+  return slave.drives.size() == 1 ? fmt::format("axis{}", position) : fmt::format("axis{}_{}", position, drive.number);
+}
+
+std::string axis_lines(const FoundSlave& slave, const FoundDrive& drive, const FoundLine& line) {
+  const auto position = slave.view.slave.ref.position;
+  const bool several = slave.drives.size() > 1;
+  const auto reason = obstacle(slave, drive, line);
   const std::string_view off = reason.empty() ? "" : "# ";
   const auto modes = cyclic_modes(drive);
   std::string text = "\n";
-  if (!reason.empty()) text += fmt::format("# slave{} is left out: {}.\n", position, reason);
-  text += fmt::format("{0}[[axis]]\n{0}name = \"axis{1}\"\n{0}slave = \"slave{1}\"\n", off, position);
+  if (!reason.empty()) {
+    text += fmt::format("# {}slave{} is left out: {}.\n", several ? fmt::format("drive {} of ", drive.number) : "",
+                        position, reason);
+  }
+  text +=
+      fmt::format("{0}[[axis]]\n{0}name = \"{1}\"\n{0}slave = \"slave{2}\"\n", off, axis_name(slave, drive), position);
+  if (several) text += fmt::format("{}drive = {}\n", off, drive.number);
   text += fmt::format(
       "{}mode = \"{}\"  # {}\n", off, modes.empty() ? "csp" : modes.front(),
       drive.supported_modes ? fmt::format("of {} by 6502h", fmt::join(modes, ", ")) : "assumed: 6502h cannot be read");
@@ -175,7 +187,7 @@ std::string axis_lines(const FoundSlave& slave, const FoundLine& line) {
   value("increments_per_revolution", drive.increments_per_revolution, "6092h, 6091h, 608Fh", "?");
   value("rated_torque_nm", usable(drive.rated_torque_nm), "6076h", "2.4");
   value("max_velocity", usable(drive.max_velocity_rad_s), "6080h, rad/s", "200");
-  if (!is_known_drive(*slave.view.sii)) {
+  if (!several && !is_known_drive(*slave.view.sii)) {
     text +=
         "# Not a drive of the kind that was tried: its PDOs are mapped as those of every axis. Where they are fixed, "
         "take\n"
@@ -184,14 +196,14 @@ std::string axis_lines(const FoundSlave& slave, const FoundLine& line) {
   return text;
 }
 
-bool is_axis(const FoundSlave& slave, const FoundLine& line) {
-  return slave.drive && slave.view.sii && obstacle(slave, line).empty();
+bool is_axis(const FoundSlave& slave, const FoundDrive& drive, const FoundLine& line) {
+  return slave.view.sii && obstacle(slave, drive, line).empty();
 }
 
 std::string axes_lines(const FoundLine& line) {
   std::string text;
   for (const auto& slave : line.slaves) {
-    if (slave.drive) text += axis_lines(slave, line);
+    for (const auto& drive : slave.drives) text += axis_lines(slave, drive, line);
   }
   if (text.empty()) return text;
   text =
@@ -220,9 +232,29 @@ std::string comment(std::string_view lines) {
   return text;
 }
 
+/// Reads the objects of one drive. `read` returns the data of an object, `number` those of 32 bits.
+template <typename Read, typename Number>
+FoundDrive drive_of(const Read& read, const Number& number, unsigned drive) {
+  const auto told = runtime::ask_drive_facts([&](std::uint16_t index, std::uint8_t subindex) {
+    auto data = read(motion::object_of_drive(index, drive), subindex);
+    return data ? std::optional(std::move(*data)) : std::nullopt;
+  });
+  FoundDrive facts;
+  facts.number = drive;
+  facts.supported_modes = told.supported_modes;
+  facts.increments_per_revolution = runtime::increments_per_revolution(told);
+  constexpr double kMilli = 1e-3;
+  if (const auto torque = number(motion::object_of_drive(0x6076, drive)); torque.value_or(0) != 0)
+    facts.rated_torque_nm = *torque * kMilli;
+  if (const auto rpm = number(motion::object_of_drive(0x6080, drive)); rpm.value_or(0) != 0) {
+    facts.max_velocity_rad_s = *rpm * 2.0 * std::numbers::pi / 60.0;
+  }
+  return facts;
+}
+
 }  // namespace
 
-std::optional<FoundDrive> FoundDrive::read(LineView& line, ecat_master::MailboxClient& mailbox) {
+std::vector<FoundDrive> FoundDrive::read_all(LineView& line, ecat_master::MailboxClient& mailbox) {
   ecat_master::CoeClient coe(mailbox);
   const auto read = [&](std::uint16_t index, std::uint8_t subindex) {
     return line.ask(mailbox.slave().position, [&] { return coe.upload(index, subindex); });
@@ -233,20 +265,13 @@ std::optional<FoundDrive> FoundDrive::read(LineView& line, ecat_master::MailboxC
     return bytes::load_le<std::uint32_t>(*data);
   };
   const auto type = number(0x1000);
-  if (!type || (*type & kProfileMask) != kDriveProfile) return std::nullopt;
-  const auto told = runtime::ask_drive_facts([&](std::uint16_t index, std::uint8_t subindex) {
-    auto data = read(index, subindex);
-    return data ? std::optional(std::move(*data)) : std::nullopt;
-  });
-  FoundDrive facts;
-  facts.supported_modes = told.supported_modes;
-  facts.increments_per_revolution = runtime::increments_per_revolution(told);
-  constexpr double kMilli = 1e-3;
-  if (const auto torque = number(0x6076); torque.value_or(0) != 0) facts.rated_torque_nm = *torque * kMilli;
-  if (const auto rpm = number(0x6080); rpm.value_or(0) != 0) {
-    facts.max_velocity_rad_s = *rpm * 2.0 * std::numbers::pi / 60.0;
-  }
-  return facts;
+  if (!type || (*type & kProfileMask) != kDriveProfile) return {};
+  std::vector<FoundDrive> drives;
+  do {
+    drives.push_back(drive_of(read, number, static_cast<unsigned>(drives.size())));
+  } while (drives.size() < motion::kMaxDrives &&
+           read(motion::object_of_drive(kStatusWord, static_cast<unsigned>(drives.size())), 0));
+  return drives;
 }
 
 std::string gentle_path(const FoundLine& line, double turns) {
@@ -254,10 +279,12 @@ std::string gentle_path(const FoundLine& line, double turns) {
   std::string rest;
   std::string there;
   for (const auto& slave : line.slaves) {
-    if (!is_axis(slave, line)) continue;
-    header += fmt::format(",axis{}[rev]", slave.view.slave.ref.position);
-    rest += ",0";
-    there += fmt::format(",{}", turns);
+    for (const auto& drive : slave.drives) {
+      if (!is_axis(slave, drive, line)) continue;
+      header += fmt::format(",{}[rev]", axis_name(slave, drive));
+      rest += ",0";
+      there += fmt::format(",{}", turns);
+    }
   }
   // The highest velocity of a cubic from rest to rest, in its middle, is one and a half times its mean velocity.
   constexpr double kFastest = 1.0;  // revolutions per second

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "line/line_view.hpp"
 
@@ -15,15 +16,16 @@ struct FoundDrive {
   std::optional<double> increments_per_revolution;  ///< position units per motor turn
   std::optional<double> rated_torque_nm;            ///< 6076h
   std::optional<double> max_velocity_rad_s;         ///< 6080h
-  /// Reads the objects; nothing: the slave is no CiA 402 drive.
-  [[nodiscard]] static std::optional<FoundDrive> read(LineView& line, ecat_master::MailboxClient& mailbox);
+  unsigned number = 0;                              ///< number in the slave, see motion::object_of_drive()
+  /// Reads the objects of all drives of a slave; empty: the slave is no CiA 402 drive.
+  [[nodiscard]] static std::vector<FoundDrive> read_all(LineView& line, ecat_master::MailboxClient& mailbox);
 };
 
 /// A slave to be described.
 struct FoundSlave {
   SlaveView view;
   std::optional<std::uint16_t> device_id;  ///< explicit device identification; none: the slave has none
-  std::optional<FoundDrive> drive;
+  std::vector<FoundDrive> drives;          ///< in the order of their numbers
   /// File for its EEPROM image, for a simulation of the line, beside the description; empty: no file.
   std::string image_file;
 };

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "driveline/motion/drive/drive_objects.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 
 namespace driveline::runtime {
@@ -111,7 +112,8 @@ Result<void> LineCouplings::add_encoder(const CouplingConfig& coupling, const ec
   if (!bits) return fail(ErrorKind::kSetting, describe(bits.error()), encoder.position_place);
   const auto table = table_of(config_, variable->slave_name);
   const auto& slave = config_.axes[coupling.slave];
-  const bool own = table == slave.slave && variable->index >= kFirstOwnPosition && variable->index <= kLastOwnPosition;
+  const bool own = table == slave.slave && variable->index >= motion::object_of_drive(kFirstOwnPosition, slave.drive) &&
+                   variable->index <= motion::object_of_drive(kLastOwnPosition, slave.drive);
   if (own) {
     return fail(
         ErrorKind::kSetting,

@@ -27,6 +27,7 @@
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
 #include "driveline/motion/cia402/cyclic_mode.hpp"
 #include "driveline/motion/drive/axis_objects.hpp"
+#include "driveline/motion/drive/drive_objects.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/runtime/config/persona_text.hpp"
 #include "driveline/runtime/files/input_file.hpp"
@@ -291,10 +292,11 @@ void check_objects(const TomlReader& reader, const SlaveConfig& slave, const mot
   for (const auto* direction : {&slave.plan.pdos->outputs, &slave.plan.pdos->inputs}) {
     if (std::any_of(direction->begin(), direction->end(), [](const auto& pdo) { return pdo.objects.empty(); })) return;
   }
-  const auto missing = motion::missing_objects(axis.mode, *slave.plan.pdos, axis.feed_forward.any());
+  const auto missing =
+      motion::missing_objects(axis.mode, motion::pdos_of_drive(*slave.plan.pdos, axis.drive), axis.feed_forward.any());
   if (missing.empty()) return;
   reader.fail("slave", fmt::format("the [[slave.pdo]] of \"{}\" are not enough: {}", slave.name,
-                                   motion::describe_missing(axis.mode, missing, *slave.plan.pdos)));
+                                   motion::describe_missing(axis.mode, missing, *slave.plan.pdos, axis.drive)));
 }
 
 /// Returns the unit of the axis; null: the file gives none.
@@ -360,6 +362,32 @@ void check_feed_forward(const TomlReader& reader, const LineConfig& config, cons
     reader.fail("", fmt::format("feed-forward of friction or gravity has no effect: \"{}\" {}", slave.name, why));
 }
 
+/// Number of drives that the slave can have: the description may give the identity of a device that is not known here.
+unsigned drives_of(const SlaveConfig& slave) {
+  const auto expected = expected_identity(slave);
+  const auto known = slave.device->identity();
+  const bool same = expected.vendor_id == known.vendor_id && expected.product_code == known.product_code;
+  return same ? slave.device->drives() : motion::kMaxDrives;
+}
+
+/// Reads which drive of its slave moves the axis.
+std::uint8_t read_drive_number(TomlReader& reader, const SlaveConfig& slave, const motion::AxisConfig& axis,
+                               const std::vector<motion::AxisConfig>& others) {
+  const auto drives = drives_of(slave);
+  const auto drive = static_cast<std::uint8_t>(reader.integer_or("drive", 0, 0, motion::kMaxDrives - 1));
+  if (drive >= drives) {
+    reader.fail("drive",
+                drives == 1 ? fmt::format("\"{}\" has one drive, 0 is expected", slave.name)
+                            : fmt::format("\"{}\" has {} drives, 0 to {} is expected", slave.name, drives, drives - 1));
+  }
+  const auto other = std::find_if(others.begin(), others.end(),
+                                  [&](const auto& one) { return one.slave == axis.slave && one.drive == drive; });
+  if (other == others.end()) return drive;
+  if (drives == 1) reader.fail("slave", fmt::format("\"{}\" already belongs to another axis", slave.name));
+  reader.fail(reader.has("drive") ? "drive" : "slave",
+              fmt::format("drive {} of \"{}\" already belongs to the axis \"{}\"", drive, slave.name, other->name));
+}
+
 motion::AxisConfig read_axis(TomlReader reader, const std::filesystem::path& directory, const LineConfig& config,
                              std::optional<motion::cia402::Mode> mode) {
   const auto& slaves = config.slaves;
@@ -374,9 +402,7 @@ motion::AxisConfig read_axis(TomlReader reader, const std::filesystem::path& dir
   if (const auto why = slave->device->why_no_axis(); !why.empty()) {
     reader.fail("slave", fmt::format("\"{}\" {}", slave_name, why));
   }
-  if (std::any_of(others.begin(), others.end(), [&](const auto& other) { return other.slave == axis.slave; })) {
-    reader.fail("slave", fmt::format("\"{}\" already belongs to another axis", slave_name));
-  }
+  axis.drive = read_drive_number(reader, *slave, axis, others);
   const auto chosen = reader.choice_or("mode", 0, motion::cia402::cyclic_mode_names());
   axis.mode = mode.value_or(motion::cia402::kCyclicModes.at(chosen));
   const auto defaults = drive_rules(config, *slave).axis_defaults();

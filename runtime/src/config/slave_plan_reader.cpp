@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "driveline/motion/axis/startup_sdos.hpp"
+#include "driveline/motion/drive/drive_objects.hpp"
 #include "driveline/runtime/config/typed_value.hpp"
 
 namespace driveline::runtime {
@@ -213,7 +214,7 @@ void SlavePlanConfig::apply(ecat_master::SlavePlan& plan) const {
   plan.needs = needs;
   plan.safe_op_retries = safe_op_retries;
   for (auto& sdo : plan.startup_sdos) {
-    if (sdo.index == motion::kInterpolationTime) sdo.need = interpolation_time;
+    if (motion::object_of_first_drive(sdo.index) == motion::kInterpolationTime) sdo.need = interpolation_time;
   }
   plan.startup_sdos.insert(plan.startup_sdos.end(), sdos.begin(), sdos.end());
   if (pdos) plan.pdos = *pdos;

@@ -7,6 +7,7 @@
 
 #include "driveline/esi/sii.hpp"
 #include "driveline/motion/axis/startup_sdos.hpp"
+#include "driveline/motion/drive/drive_objects.hpp"
 #include "driveline/runtime/setup/wire_budget.hpp"
 #include "driveline/slaves/persona/persona_slave.hpp"
 
@@ -41,11 +42,37 @@ std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32
   return slaves::make_persona_slave(std::move(device), options, config.personas);
 }
 
+/// Returns the axes whose drives are in this [[slave]].
+std::vector<const motion::AxisConfig*> axes_of(const LineConfig& config, std::size_t slave) {
+  std::vector<const motion::AxisConfig*> axes;
+  for (const auto& axis : config.axes) {
+    if (axis.slave == slave) axes.push_back(&axis);
+  }
+  return axes;
+}
+
+/// Whether the slave keeps its PDOs: the standard ones of an axis contain the objects of one drive only.
+bool uses_own_pdos(const SlaveConfig& slave, std::span<const motion::AxisConfig* const> axes) {
+  if (slave.plan.pdos) return false;
+  return axes.size() != 1 || axes.front()->drive != 0 || slave.device->keeps_own_pdos();
+}
+
 /// Writes the range of an axis with a modulo; other axes keep the range of their drive.
 void add_range(const motion::AxisConfig& axis, std::vector<motion::StartupSdo>& sdos) {
   if (axis.range_min >= axis.range_max) return;
   sdos.push_back(motion::startup_sdo(0x607B, 1, axis.range_min));
   sdos.push_back(motion::startup_sdo(0x607B, 2, axis.range_max));
+}
+
+/// Returns the start-up SDOs of an axis. `has_mode`: 6060h is in the process data of every drive.
+std::vector<motion::StartupSdo> startup_sdos_of(const LineConfig& config, const motion::AxisConfig& axis,
+                                                bool has_mode) {
+  const auto& slave = config.slaves[axis.slave];
+  auto sdos = drive_rules(config, slave).startup_sdos(axis, config.period * exchange_divider(config, slave));
+  add_range(axis, sdos);
+  if (!has_mode) sdos.push_back(motion::mode_sdo(axis.mode));
+  for (auto& sdo : sdos) sdo.index = motion::object_of_drive(sdo.index, axis.drive);
+  return sdos;
 }
 
 /// Time from the frames to SYNC0 of a slave, and cycle of SYNC0.
@@ -115,16 +142,13 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
     const auto identity = expected_identity(slave);
     plan.vendor_id = identity.vendor_id;
     plan.product_code = identity.product_code;
-    const auto axis = std::find_if(config.axes.begin(), config.axes.end(), [i](const auto& a) { return a.slave == i; });
-    if (axis != config.axes.end()) {
-      const auto period = config.period * exchange_divider(config, slave);
-      plan.startup_sdos = drive_rules(config, slave).startup_sdos(*axis, period);
-      add_range(*axis, plan.startup_sdos);
-      plan.pdos = motion::axis_pdo_configuration();
-      // PDOs chosen by the user may lack 6060h.
-      if (slave.plan.pdos) plan.startup_sdos.push_back(motion::mode_sdo(axis->mode));
-    } else {
-      plan.own_pdos = !slave.plan.pdos;
+    const auto axes = axes_of(config, i);
+    plan.own_pdos = uses_own_pdos(slave, axes);
+    const bool standard = !plan.own_pdos && !slave.plan.pdos;
+    if (standard) plan.pdos = motion::axis_pdo_configuration();
+    for (const auto* axis : axes) {
+      const auto sdos = startup_sdos_of(config, *axis, standard);
+      plan.startup_sdos.insert(plan.startup_sdos.end(), sdos.begin(), sdos.end());
     }
     slave.plan.apply(plan);
     plan.group = slave.group;

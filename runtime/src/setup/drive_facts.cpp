@@ -13,6 +13,7 @@
 #include "driveline/ecat_master/error.hpp"
 #include "driveline/ecat_master/error/facts.hpp"
 #include "driveline/motion/cia402/cyclic_mode.hpp"
+#include "driveline/motion/drive/drive_objects.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -83,11 +84,12 @@ ecat_master::Result<DriveFacts> facts_of(const Read& read, bool range) {
 /// All requests to one drive, in progress.
 class DriveInquiry {
  public:
-  DriveInquiry(ecat_master::MailboxEngine& engine, std::uint16_t position, bool range)
+  /// `drive`: number of the drive in the slave.
+  DriveInquiry(ecat_master::MailboxEngine& engine, std::uint16_t position, unsigned drive, bool range)
       : coe_(engine, position), range_(range) {
     // Start all requests at once; the answers are read in this order.
-    const auto ask = [this](std::uint16_t index, std::uint8_t subindex) -> ObjectData {
-      asked_.push_back(coe_.start_upload({index, subindex, false}));
+    const auto ask = [this, drive](std::uint16_t index, std::uint8_t subindex) -> ObjectData {
+      asked_.push_back(coe_.start_upload({motion::object_of_drive(index, drive), subindex, false}));
       return {};
     };
     static_cast<void>(facts_of(ask, range_));
@@ -221,7 +223,7 @@ std::vector<ecat_master::Result<DriveFacts>> read_drive_facts(ecat_master::Maste
     const auto& slave = master.slaves()[position];
     if (!slave.present || !slave.mailbox || !slave.info.description.mailbox.coe) continue;
     // The range of an axis with a modulo has been written at start-up.
-    inquiry.emplace(master.mailboxes(), slave.info.ref.position, axis.range_min >= axis.range_max);
+    inquiry.emplace(master.mailboxes(), slave.info.ref.position, axis.drive, axis.range_min >= axis.range_max);
   }
   std::vector<ecat_master::Result<DriveFacts>> facts;
   for (const auto& inquiry : inquiries)

@@ -7,6 +7,7 @@
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
 #include "driveline/motion/drive/axis_objects.hpp"
+#include "driveline/motion/drive/drive_objects.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 
 namespace driveline::runtime {
@@ -29,16 +30,18 @@ Result<void> give_names(const LineConfig& config, ProcessVariables& variables) {
 
 /// Returns the axis whose cycle writes this output; null: the output is free.
 const motion::AxisConfig* writer_of(const LineConfig& config, const ProcessVariable& variable) {
-  const auto axis = std::find_if(config.axes.begin(), config.axes.end(), [&](const auto& a) {
-    return !a.is_virtual() && config.slaves[a.slave].name == variable.slave_name;
-  });
-  if (axis == config.axes.end()) return nullptr;
   const auto& pdos = motion::axis_pdo_configuration().outputs;
-  const bool written = std::any_of(pdos.begin(), pdos.end(), [&](const auto& pdo) {
-    return std::any_of(pdo.objects.begin(), pdo.objects.end(),
-                       [&](const auto& o) { return o.index == variable.index && o.subindex == variable.subindex; });
-  });
-  return written ? &*axis : nullptr;
+  const auto writes = [&](const motion::AxisConfig& axis) {
+    if (axis.is_virtual() || config.slaves[axis.slave].name != variable.slave_name) return false;
+    const auto is_it = [&](const motion::MappedObject& object) {
+      return motion::object_of_drive(object.index, axis.drive) == variable.index &&
+             object.subindex == variable.subindex;
+    };
+    return std::any_of(pdos.begin(), pdos.end(),
+                       [&](const auto& pdo) { return std::any_of(pdo.objects.begin(), pdo.objects.end(), is_it); });
+  };
+  const auto axis = std::find_if(config.axes.begin(), config.axes.end(), writes);
+  return axis == config.axes.end() ? nullptr : &*axis;
 }
 
 bool overlap(const ProcessDataCopy& a, const ProcessDataCopy& b) {
@@ -125,10 +128,11 @@ Result<void> check_axis_objects(const LineConfig& config, const ecat_master::Mas
     if (axis.is_virtual()) continue;
     const auto position = master.position_of(axis.slave).value_or(axis.slave);
     const auto& plan = master.slaves()[position].plan;
-    const auto missing = motion::missing_objects(axis.mode, plan.pdos, axis.feed_forward.any());
+    const auto missing =
+        motion::missing_objects(axis.mode, motion::pdos_of_drive(plan.pdos, axis.drive), axis.feed_forward.any());
     if (missing.empty()) continue;
     return fail(ErrorKind::kSetting, fmt::format("axis {}, slave {} ({}): {}", axis.name, position, plan.name,
-                                                 motion::describe_missing(axis.mode, missing, plan.pdos)));
+                                                 motion::describe_missing(axis.mode, missing, plan.pdos, axis.drive)));
   }
   return {};
 }

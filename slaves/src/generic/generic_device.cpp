@@ -158,6 +158,7 @@ GenericDevice::GenericDevice(std::shared_ptr<const DeviceModel> model, const Gen
       eoe_(make_eoe(model_->description(), serial_number_)),
       soe_drives_(make_soe(model_->description())),
       soe_(soe_drives_ ? std::make_unique<SoeServer>(*soe_drives_) : nullptr),
+      drives_(model_->table()),
       mapped_by_idn_(chooses_by_idn(model_->description())),
       mailbox_(protocols(model_->description(), coe_, eoe_.get(), soe_.get()), longest_mailbox(profile_)),
       looped_(options.loop_back),
@@ -185,10 +186,11 @@ void GenericDevice::build_process_data() {
   build_loops();
 }
 
-/// Whether a script or set_signal() determines the input.
+/// Whether a drive, a script or set_signal() determines the input.
 bool GenericDevice::driven(const PdoMap::Field& field) const noexcept {
-  if (field.is_text) return false;
-  return std::any_of(scripts_.begin(), scripts_.end(),
+  if (field.is_text || field.constant) return false;
+  return drives_.owns(field.slot) ||
+         std::any_of(scripts_.begin(), scripts_.end(),
                      [&field](const ScriptedInput& script) { return script.input->slot == field.slot; }) ||
          std::find(set_slots_.begin(), set_slots_.end(), field.slot) != set_slots_.end();
 }
@@ -201,7 +203,10 @@ void GenericDevice::build_loops() {
   const auto& managers = model_->description().sync_managers;
   for (std::size_t n = 0; n < maps_.size(); ++n) {
     if (managers[n].use != Use::kOutputs) continue;
-    for (const auto& field : maps_[n].fields()) outputs[{field.is_text, field.bits}].push_back(field);
+    for (const auto& field : maps_[n].fields()) {
+      const bool of_drive = !field.is_text && !field.constant && drives_.owns(field.slot);
+      if (!of_drive) outputs[{field.is_text, field.bits}].push_back(field);
+    }
   }
   for (std::size_t n = 0; n < maps_.size(); ++n) {
     if (managers[n].use != Use::kInputs) continue;
@@ -277,6 +282,7 @@ void GenericDevice::show(DeviceStatus& out) const noexcept {
 /// Everything except EoE restarts on entering INIT.
 void GenericDevice::restart() {
   enter_al_state(AlState::kInit);
+  drives_.restart();
   if (eoe_) eoe_->restart();
 }
 
@@ -341,7 +347,9 @@ AlStatusCode GenericDevice::transition(AlState from, AlState to) noexcept {
 
 void GenericDevice::fall_back(AlState /*from*/, AlState to, AlStatusCode reason) noexcept {
   enter_al_state(to);
-  if (soe_drives_ && reason == AlStatusCode::kSyncManagerWatchdog) soe_drives_->communication_failed();
+  if (reason != AlStatusCode::kSyncManagerWatchdog) return;
+  drives_.communication_failed(dictionary_);
+  if (soe_drives_) soe_drives_->communication_failed();
 }
 
 void GenericDevice::sync_started(std::chrono::nanoseconds sync0_cycle) noexcept {
@@ -357,6 +365,7 @@ void GenericDevice::write_outputs(std::size_t sync_manager, std::span<const std:
   if (sync_manager >= maps_.size()) return;
   if (mapped_by_idn_) soe_drives_->write_outputs(data);
   maps_[sync_manager].decode(data, dictionary_);
+  drives_.exchange(dictionary_);
   loop_back();
 }
 
@@ -370,6 +379,7 @@ void GenericDevice::advance(std::chrono::nanoseconds now) noexcept {
   if (!start_) start_ = now;
   now_ = now;
   if (soe_drives_) soe_drives_->advance(now);
+  drives_.advance(dictionary_, now);
   for (const auto& script : scripts_) {
     const double value = script.signal.at(now - *start_);
     const auto type = script.input->type;

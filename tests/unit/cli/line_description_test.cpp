@@ -77,7 +77,7 @@ TEST(LineDescription, SlavesAreFoundByWhatNoOtherSlaveHas) {
 
 FoundLine one_drive(const FoundDrive& facts, std::uint32_t vendor = 0x28) {
   FoundLine line{{found(0, {.vendor = vendor}, "drive")}, "eth1", {}, {}};
-  line.slaves[0].drive = facts;
+  line.slaves[0].drives = {facts};
   return line;
 }
 
@@ -156,6 +156,21 @@ TEST(LineDescription, PdosOfADriveOfAnotherMakerStandWithItsSlaveToBeTaken) {
   ASSERT_EQ(pdos->inputs.size(), 1U);
   EXPECT_EQ(pdos->inputs[0].index, 0x1A00) << "its EEPROM tells of none";
   EXPECT_TRUE(pdos->outputs[0].objects.empty());
+}
+
+TEST(LineDescription, EachDriveOfASlaveIsAnAxis) {
+  auto line = one_drive({1U << 7U, 65536.0, 1.0, 300.0, 0}, 0x1234);
+  line.slaves[0].drives.push_back({1U << 8U, 4000.0, 2.0, 200.0, 1});
+  line.slaves[0].drives.push_back({1U << 9U, 4000.0, 2.0, 200.0, 2});
+  const auto config = described(line);
+  ASSERT_EQ(config.axes.size(), 2U);
+  EXPECT_EQ(config.axes[0].name, "axis0_0");
+  EXPECT_EQ(config.axes[1].name, "axis0_1");
+  EXPECT_EQ(config.axes[1].drive, 1);
+  EXPECT_EQ(config.axes[1].slave, 0U);
+  EXPECT_EQ(config.axes[1].mode, motion::cia402::Mode::kCyclicVelocity);
+  EXPECT_THAT(*describe_line(line), HasSubstr("# drive 2 of slave0 is left out: cst is its only cyclic mode"));
+  EXPECT_EQ(gentle_path(line, 2), "time[s],axis0_0[rev],axis0_1[rev]\n0,0,0\n3,2,2\n6,0,0\n");
 }
 
 TEST(LineDescription, AxesMoveOutAndBackWhenAskedTo) {

@@ -151,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_axis("limit = 5\n"),
                   ":6: [axis 1] limit: unknown key, expected one of: adds_offsets, backlash, "
                   "backlash_acceleration, backlash_velocity, compensate, compensation, coulomb_friction, "
-                  "coulomb_velocity, feed_mm_per_revolution, follow_bit, following_error_timeout_ms, "
+                  "coulomb_velocity, drive, feed_mm_per_revolution, follow_bit, following_error_timeout_ms, "
                   "following_error_window, gravity, "
                   "increments_per_revolution, inertia, max_acceleration, max_jerk, max_position, max_torque, "
                   "max_velocity, min_position, "

@@ -10,6 +10,7 @@
 #include "driveline/motion/axis/axis_compensation.hpp"
 #include "driveline/motion/axis/mode_change.hpp"
 #include "driveline/motion/drive/axis_objects.hpp"
+#include "driveline/motion/drive/drive_objects.hpp"
 
 namespace driveline::motion {
 namespace {
@@ -110,7 +111,7 @@ Axis::Axis(AxisConfig config, const ImagePlace& place, const PdoConfiguration& p
       range_(range_of(config_)),
       setpoints_(delay_of(config_)),
       feeds_(config_.offset_delay_cycles),
-      drive_(Cia402Link(place, pdos, link_settings(config_))),
+      drive_(Cia402Link(place, pdos_of_drive(pdos, config_.drive), link_settings(config_))),
       change_(std::make_unique<ModeChange>(change_settings(config_))),
       compensation_(compensation_of(config_)) {
   note_change();

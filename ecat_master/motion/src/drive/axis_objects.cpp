@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "driveline/motion/cia402/object_name.hpp"
+#include "driveline/motion/drive/drive_objects.hpp"
 
 namespace driveline::motion {
 namespace {
@@ -88,7 +89,8 @@ std::vector<MissingObject> missing_objects(Mode mode, const PdoConfiguration& pd
   return missing;
 }
 
-std::string describe_missing(Mode mode, const std::vector<MissingObject>& missing, const PdoConfiguration& pdos) {
+std::string describe_missing(Mode mode, const std::vector<MissingObject>& missing, const PdoConfiguration& pdos,
+                             unsigned drive) {
   if (missing.empty()) return {};
   const bool offset =
       std::any_of(missing.begin(), missing.end(), [](const auto& m) { return m.index == kTorqueOffset; });
@@ -98,9 +100,9 @@ std::string describe_missing(Mode mode, const std::vector<MissingObject>& missin
   for (const auto& object : missing) {
     (object.output ? outputs : inputs) = true;
     const auto sub = object.subindex == 0 ? std::string{} : fmt::format(":{:02d}", object.subindex);
-    text += fmt::format("{}{:04X}h{} ({}, {} bits) in {}", &object == &missing.front() ? "" : ", ", object.index, sub,
-                        cia402::object_name(object.index, object.subindex), object.bits,
-                        object.output ? "an RxPDO" : "a TxPDO");
+    text += fmt::format("{}{:04X}h{} ({}, {} bits) in {}", &object == &missing.front() ? "" : ", ",
+                        object_of_drive(object.index, drive), sub, cia402::object_name(object.index, object.subindex),
+                        object.bits, object.output ? "an RxPDO" : "a TxPDO");
     if (object.mapped_bits == object.bits) text += " and at the beginning of a byte";
     if (object.mapped_bits != 0 && object.mapped_bits != object.bits) {
       text += fmt::format(" instead of {} bits", object.mapped_bits);

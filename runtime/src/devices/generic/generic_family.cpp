@@ -4,6 +4,7 @@
 
 #include "devices/signal_reader.hpp"
 #include "driveline/esi/sii.hpp"
+#include "driveline/slaves/generic/ideal_drives.hpp"
 #include "toml/named_file.hpp"
 
 namespace driveline::runtime {
@@ -72,7 +73,12 @@ std::unique_ptr<slaves::Device> FileDevice::simulate(const DevicePlace& place) c
 }
 
 std::string FileDevice::why_no_axis() const {
+  if (slaves::generic::count_drives(source_.model->table()) != 0) return {};
   return fmt::format("is a device of {}, an axis needs a drive", source_.file.filename().string());
+}
+
+unsigned FileDevice::drives() const noexcept {
+  return static_cast<unsigned>(slaves::generic::count_drives(source_.model->table()));
 }
 
 std::vector<std::string_view> GenericFamily::own_keys() const {

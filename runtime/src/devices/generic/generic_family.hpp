@@ -20,6 +20,8 @@ class FileDevice final : public SlaveDevice {
   [[nodiscard]] DeviceIdentity identity() const noexcept override;
   [[nodiscard]] std::unique_ptr<slaves::Device> simulate(const DevicePlace& place) const override;
   [[nodiscard]] std::string why_no_axis() const override;
+  [[nodiscard]] unsigned drives() const noexcept override;
+  [[nodiscard]] bool keeps_own_pdos() const noexcept override { return true; }
   [[nodiscard]] const Source& source() const noexcept { return source_; }
 
  private:

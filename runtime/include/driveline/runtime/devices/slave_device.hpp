@@ -38,6 +38,12 @@ class SlaveDevice {
   /// Returns why the device cannot be an axis, as the continuation of a sentence after its name: "is a device of
   /// io.xml, an axis needs a drive". Empty: it is a drive.
   [[nodiscard]] virtual std::string why_no_axis() const { return {}; }
+
+  /// Returns the number of drives in the device, of which each can be an axis; 1 to motion::kMaxDrives.
+  [[nodiscard]] virtual unsigned drives() const noexcept { return 1; }
+
+  /// Whether the master leaves the PDOs as the device has them; otherwise an axis maps axis_pdo_configuration().
+  [[nodiscard]] virtual bool keeps_own_pdos() const noexcept { return false; }
 };
 
 /// Returns the device of a [[slave]] without `model`: the drive of the first built-in family with its defaults.

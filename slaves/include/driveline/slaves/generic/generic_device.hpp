@@ -6,6 +6,7 @@
 
 #include "driveline/slaves/device.hpp"
 #include "driveline/slaves/generic/device_model.hpp"
+#include "driveline/slaves/generic/ideal_drives.hpp"
 #include "driveline/slaves/generic/soe_drives.hpp"
 #include "driveline/slaves/mailbox/coe_server.hpp"
 #include "driveline/slaves/mailbox/eoe_server.hpp"
@@ -34,7 +35,8 @@ struct GenericOptions {
 };
 
 /// A device simulated from its description (an ESI file or an EEPROM image): identity, sync managers, process data,
-/// object dictionary, CoE, EoE and SoE. Its application is minimal: inputs repeat outputs or follow a script.
+/// object dictionary, CoE, EoE and SoE. Its application is minimal: drives of CiA 402 are ideal ones (IdealDrives), and
+/// other inputs repeat outputs or follow a script.
 ///
 /// With loop-back, each input entry repeats the next output entry of the same length, both in the order of the process
 /// data. Outputs are set to 0 when OP is left. A device without mailbox and with a PDI that has no application is run
@@ -122,6 +124,7 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   std::unique_ptr<EoeServer> eoe_;         ///< null: the device has no EoE
   std::unique_ptr<SoeDrives> soe_drives_;  ///< null: the device has no SoE
   std::unique_ptr<SoeServer> soe_;         ///< SoE server of soe_drives_; null: none
+  IdealDrives drives_;                     ///< those of CiA 402
   bool mapped_by_idn_;                     ///< soe_drives_ defines the process data
   MailboxServer mailbox_;
   std::vector<PdoMap> maps_;  ///< by sync manager

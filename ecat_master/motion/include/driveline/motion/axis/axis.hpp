@@ -42,6 +42,7 @@ struct AxisConfig {
 
   std::string name;                                            ///< for messages and files
   std::size_t slave = 0;                                       ///< position on the line
+  std::uint8_t drive = 0;                                      ///< number of its drive there, see object_of_drive()
   cia402::Mode mode = cia402::Mode::kCyclicPosition;           ///< initial mode of operation; see Axis::mode()
   trajectory::AxisKind kind = trajectory::AxisKind::kRotary;   ///< linear: m and N instead of rad and Nm
   double increments_per_unit = 1048576.0 / 6.283185307179586;  ///< drive increments per rad or m

@@ -25,15 +25,16 @@ struct MissingObject {
   constexpr bool operator==(const MissingObject&) const = default;
 };
 
-/// The objects that `pdos` lack for an axis in this mode. Needed are 6040h and 6041h; the target of the mode (607Ah,
-/// 6042h, 60FFh, 6071h or 60C1h:01; none for homing); the actual position 6064h, for supervision in every mode and for
-/// the loops of CSV and CST; in CST the actual velocity 606Ch; and with `torque_offset`, for a feed-forward of friction
-/// and weight, 60B2h in CSP and CSV. Empty: nothing is missing.
+/// The objects that `pdos`, as the drive of the axis sees them (pdos_of_drive()), lack in this mode. Needed are 6040h
+/// and 6041h; the target of the mode (607Ah, 6042h, 60FFh, 6071h or 60C1h:01; none for homing); the actual position
+/// 6064h, for supervision in every mode and for the loops of CSV and CST; in CST the actual velocity 606Ch; and with
+/// `torque_offset`, for a feed-forward of friction and weight, 60B2h in CSP and CSV. Empty: nothing is missing.
 [[nodiscard]] std::vector<MissingObject> missing_objects(cia402::Mode mode, const PdoConfiguration& pdos,
                                                          bool torque_offset = false);
 
 /// Message text, such as "csp needs 607Ah (Target position, 32 bits) in an RxPDO; ..."; empty if nothing is missing.
+/// `pdos`: those of the device; `drive`: number of the drive there.
 [[nodiscard]] std::string describe_missing(cia402::Mode mode, const std::vector<MissingObject>& missing,
-                                           const PdoConfiguration& pdos);
+                                           const PdoConfiguration& pdos, unsigned drive = 0);
 
 }  // namespace driveline::motion

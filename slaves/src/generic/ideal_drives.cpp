@@ -1,0 +1,154 @@
+#include "driveline/slaves/generic/ideal_drives.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace driveline::slaves::generic {
+namespace {
+
+using std::chrono::duration;
+using std::chrono::nanoseconds;
+
+const EntryRow* find(const DictionaryTable& table, std::size_t drive, std::uint16_t index, std::size_t bytes) noexcept {
+  const auto* row = table.find(static_cast<std::uint16_t>(index + drive * 0x800U), 0);
+  return row != nullptr && row->slot != slot::kConstant && byte_size(row->type) == bytes ? row : nullptr;
+}
+
+double number(const ObjectDictionary& dictionary, const EntryRow* row) noexcept {
+  return row == nullptr ? 0.0 : number_from_raw(row->type, dictionary.raw(row->slot));
+}
+
+void set(ObjectDictionary& dictionary, const EntryRow* row, double value) noexcept {
+  if (row != nullptr) dictionary.set_raw(row->slot, raw_from_number(row->type, value));
+}
+
+std::uint16_t word(const ObjectDictionary& dictionary, const EntryRow* row) noexcept {
+  return static_cast<std::uint16_t>(dictionary.raw(row->slot));
+}
+
+/// The position as a 32-bit object shows it.
+std::int32_t wrapped(double position) noexcept {
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(static_cast<std::int64_t>(std::nearbyint(position))));
+}
+
+}  // namespace
+
+std::size_t count_drives(const DictionaryTable& table) noexcept {
+  std::size_t count = 0;
+  while (count < IdealDrives::kMaxDrives && find(table, count, 0x6040, 2) != nullptr &&
+         find(table, count, 0x6041, 2) != nullptr) {
+    ++count;
+  }
+  return count;
+}
+
+IdealDrives::IdealDrives(const DictionaryTable& table) : drives_(count_drives(table)) {
+  for (std::size_t n = 0; n < drives_.size(); ++n) {
+    auto& drive = drives_[n];
+    drive.control_word = find(table, n, 0x6040, 2);
+    drive.status_word = find(table, n, 0x6041, 2);
+    drive.error_code = find(table, n, 0x603F, 2);
+    drive.mode = find(table, n, 0x6060, 1);
+    drive.mode_display = find(table, n, 0x6061, 1);
+    drive.target_position = find(table, n, 0x607A, 4);
+    drive.target_velocity = find(table, n, 0x60FF, 4);
+    drive.actual_position = find(table, n, 0x6064, 4);
+    drive.actual_velocity = find(table, n, 0x606C, 4);
+  }
+}
+
+bool IdealDrives::owns(std::uint16_t slot) const noexcept {
+  return std::any_of(drives_.begin(), drives_.end(), [slot](const Drive& drive) {
+    const std::array rows{drive.control_word,   drive.status_word,     drive.error_code,      drive.mode,
+                          drive.mode_display,   drive.target_position, drive.target_velocity, drive.actual_position,
+                          drive.actual_velocity};
+    return std::any_of(rows.begin(), rows.end(),
+                       [slot](const EntryRow* row) { return row != nullptr && row->slot == slot; });
+  });
+}
+
+void IdealDrives::exchange(const ObjectDictionary& dictionary) noexcept {
+  const auto now = now_.value_or(nanoseconds{0});
+  for (auto& drive : drives_) {
+    if (now != drive.since) drive.interval = now - drive.since;  // one exchange may have several sync managers
+    drive.since = now;
+    drive.from = drive.position;
+    if (drive.target_position == nullptr) continue;
+    const auto target = static_cast<std::uint32_t>(dictionary.raw(drive.target_position->slot));
+    // The distance wraps like the object: the shorter way around its range.
+    const auto distance = static_cast<std::int32_t>(target - static_cast<std::uint32_t>(wrapped(drive.position)));
+    drive.to = std::nearbyint(drive.position) + distance;
+  }
+}
+
+void IdealDrives::advance(ObjectDictionary& dictionary, nanoseconds now) noexcept {
+  const auto dt = now - now_.value_or(now);
+  now_ = now;
+  for (auto& drive : drives_) {
+    drive.choose_mode(dictionary);
+    drive.step_power(dictionary, dt);
+    drive.move(dictionary, now, dt);
+    drive.publish(dictionary);
+  }
+}
+
+void IdealDrives::restart() noexcept {
+  for (auto& drive : drives_) {
+    drive.power = {};
+    drive.active = OperationMode::kNone;
+  }
+  now_.reset();
+}
+
+void IdealDrives::communication_failed(ObjectDictionary& dictionary) noexcept {
+  for (auto& drive : drives_) {
+    drive.power.fault({}, true);
+    set(dictionary, drive.error_code, kNoMasterData);
+  }
+}
+
+void IdealDrives::Drive::choose_mode(const ObjectDictionary& dictionary) noexcept {
+  constexpr auto kPosition = OperationMode::kCyclicSynchronousPosition;
+  constexpr auto kVelocity = OperationMode::kCyclicSynchronousVelocity;
+  auto wanted = target_position != nullptr ? kPosition : kVelocity;
+  if (mode != nullptr) wanted = static_cast<OperationMode>(static_cast<std::int8_t>(dictionary.raw(mode->slot)));
+  const bool known =
+      (wanted == kPosition && target_position != nullptr) || (wanted == kVelocity && target_velocity != nullptr);
+  if (!known || wanted == active) return;
+  active = wanted;
+  from = to = position;
+}
+
+void IdealDrives::Drive::step_power(ObjectDictionary& dictionary, nanoseconds dt) noexcept {
+  const auto control = word(dictionary, control_word);
+  const bool reset = (control & control_word::kFaultReset) != 0;
+  if (reset && !reset_bit && power.acknowledge()) set(dictionary, error_code, 0.0);
+  reset_bit = reset;
+  power.step({.control_word = control, .power_ready = true, .standstill = true, .options = {}}, dt);
+}
+
+void IdealDrives::Drive::move(const ObjectDictionary& dictionary, nanoseconds now, nanoseconds dt) noexcept {
+  velocity = 0.0;
+  if (!follows()) {
+    from = to = position;
+  } else if (active == OperationMode::kCyclicSynchronousVelocity) {
+    velocity = number(dictionary, target_velocity);
+    position += velocity * duration<double>(dt).count();
+  } else if (active == OperationMode::kCyclicSynchronousPosition) {
+    const double part = interval.count() > 0 ? duration<double>(now - since) / duration<double>(interval) : 1.0;
+    position = from + (to - from) * std::min(part, 1.0);
+    if (interval.count() > 0) velocity = (to - from) / duration<double>(interval).count();
+  }
+}
+
+void IdealDrives::Drive::publish(ObjectDictionary& dictionary) const noexcept {
+  std::uint16_t status = status_bits(power.state()) | status_word::kVoltageEnabled | status_word::kRemote;
+  if (follows() && active != OperationMode::kNone) status |= status_word::kTargetUsed;
+  set(dictionary, status_word, status);
+  set(dictionary, mode_display, static_cast<double>(active));
+  set(dictionary, actual_position, wrapped(position));
+  set(dictionary, actual_velocity, std::nearbyint(velocity));
+}
+
+}  // namespace driveline::slaves::generic
