@@ -7,6 +7,7 @@
 #include "commands/control_path.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
+#include "driveline/motion/drive/drive_objects.hpp"
 #include "driveline/rt/stop_signals.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "line/drive_link.hpp"
@@ -29,6 +30,7 @@ struct DriveOptions {
   std::string control;  ///< socket of a run; empty: find it, or access the bus
   SlaveSelection selection;
   std::optional<std::string> interval_ms;
+  std::string drive = "0";
   bool once = false;
   bool acknowledge = false;
   bool json = false;
@@ -45,9 +47,17 @@ Outcome<milliseconds> interval_of(const DriveOptions& options) {
   return milliseconds{*number};
 }
 
-Outcome<int> print_once(DriveSource& link, std::size_t position, const DriveOptions& options) {
+/// The drive to show.
+struct Place {
+  std::size_t slave = 0;
+  unsigned drive = 0;
+};
+
+Outcome<int> print_once(DriveSource& link, const Place& place, const DriveOptions& options) {
+  const auto position = place.slave;
   DriveView view;
   view.position = position;
+  view.drive = place.drive;
   if (auto done = link.read(position, view); !done) return tl::unexpected(done.error());
   if (options.acknowledge) {
     if (auto done = link.acknowledge(position); !done) return tl::unexpected(done.error());
@@ -60,8 +70,9 @@ Outcome<int> print_once(DriveSource& link, std::size_t position, const DriveOpti
 /// Redraws the page at every interval until a key or a signal ends it.
 class Pages {
  public:
-  Pages(DriveSource& link, std::size_t position, milliseconds interval) : link_(link), interval_(interval) {
-    view_.position = position;
+  Pages(DriveSource& link, const Place& place, milliseconds interval) : link_(link), interval_(interval) {
+    view_.position = place.slave;
+    view_.drive = place.drive;
   }
 
   void run() {
@@ -95,8 +106,10 @@ class Pages {
   }
 
   void go_to(std::size_t position) {
+    const auto drive = view_.drive;
     view_ = {};
     view_.position = position;
+    view_.drive = drive;
     shown_ = {};
     note_ = {};
   }
@@ -149,9 +162,12 @@ Outcome<int> show(DriveSource& drives, milliseconds interval, const DriveOptions
   const auto position = options.selection.select_one(aliases, false);
   if (!position) return tl::unexpected(position.error());
   if (*position >= drives.size()) return failed("the line has no slaves");
+  const auto drive = parse_number(options.drive, motion::kMaxDrives - 1, "drive");
+  if (!drive) return tl::unexpected(drive.error());
+  const Place place{*position, *drive};
   if (options.once || options.json || options.acknowledge || !TerminalPage::possible())
-    return print_once(drives, *position, options);
-  Pages(drives, *position, interval).run();
+    return print_once(drives, place, options);
+  Pages(drives, place, interval).run();
   return 0;
 }
 
@@ -182,6 +198,7 @@ Execute prepare_drive(Arguments& to) {
   options->selection.add_single(to);
   to.option("--control", &options->control, Value::file("PATH"),
             "Socket of a `run` whose drive is shown; default: socket of the line in --config, or the only socket");
+  to.option("--drive", &options->drive, Value::text("NUMBER"), "Drive of the slave, 0 to 7; default: 0");
   to.option("--interval", &options->interval_ms, Value::text("MS"), "Refresh interval, 50 to 60000 ms; default: 250");
   to.flag("--once", options->once, "Print the page once; default without a terminal");
   to.flag("--acknowledge", options->acknowledge, "Acknowledge a fault of the drive first (P 153), then print once");

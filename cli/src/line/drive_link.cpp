@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "driveline/motion/drive/drive_objects.hpp"
 #include "line/mailbox_registers.hpp"
 
 namespace driveline::cli {
@@ -129,10 +130,11 @@ Outcome<void> DriveLink::attach(std::size_t position) {
   return {};
 }
 
-Outcome<std::optional<std::vector<std::byte>>> DriveLink::upload(std::size_t position, const DriveObjectRow& row) {
+Outcome<std::optional<std::vector<std::byte>>> DriveLink::upload(std::size_t position, unsigned drive,
+                                                                 const DriveObjectRow& row) {
   ecat_master::CoeClient coe(engine_, slaves_[position].ref.position);
   for (int attempt = 1;; ++attempt) {
-    auto data = coe.upload(row.index, row.subindex);
+    auto data = coe.upload(motion::object_of_drive(row.index, drive), row.subindex);
     if (data) return std::optional(std::move(*data));
     if (never_served(data.error())) {
       missing_[position].push_back(row.object);
@@ -146,7 +148,7 @@ Outcome<std::optional<std::vector<std::byte>>> DriveLink::upload(std::size_t pos
 Outcome<void> DriveLink::read_object(std::size_t position, const DriveObjectRow& row, DriveView& view) {
   auto& missing = missing_[position];
   if (std::find(missing.begin(), missing.end(), row.object) != missing.end()) return {};
-  auto value = upload(position, row);
+  auto value = upload(position, view.drive, row);
   if (!value) return tl::unexpected(value.error());
   view.values.set(row.object, std::move(*value));
   return {};

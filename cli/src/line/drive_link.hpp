@@ -45,7 +45,8 @@ class DriveLink final : public DriveSource {
   /// Opens the mailbox as it is configured in the sync managers of the slave.
   [[nodiscard]] Outcome<void> attach(std::size_t position);
   [[nodiscard]] Outcome<void> read_object(std::size_t position, const DriveObjectRow& row, DriveView& view);
-  [[nodiscard]] Outcome<std::optional<std::vector<std::byte>>> upload(std::size_t position, const DriveObjectRow& row);
+  [[nodiscard]] Outcome<std::optional<std::vector<std::byte>>> upload(std::size_t position, unsigned drive,
+                                                                      const DriveObjectRow& row);
 
   runtime::Session& session_;
   ecat_master::Master master_;

@@ -17,6 +17,7 @@
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "driveline/ecat_master/master.hpp"
+#include "driveline/motion/drive/drive_objects.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -175,7 +176,9 @@ Outcome<void> RunDrives::read_objects(std::size_t position, DriveView& view) {
   for (std::size_t first = 0; first < rows.size(); first += kDriveObjectsAtOnce) {
     const auto part = std::span(rows).subspan(first, std::min(kDriveObjectsAtOnce, rows.size() - first));
     auto words = fmt::format("{}", position);
-    for (const auto* row : part) words += fmt::format(" 0x{:04X}:{}", row->index, row->subindex);
+    for (const auto* row : part) {
+      words += fmt::format(" 0x{:04X}:{}", motion::object_of_drive(row->index, view.drive), row->subindex);
+    }
     const auto answer = ask(control_, words);
     if (!answer) return tl::unexpected(answer.error());
     take_state(*answer, view);

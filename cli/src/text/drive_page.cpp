@@ -234,6 +234,7 @@ std::string leds(const DriveView& view, nanoseconds time) {
 std::string heading(const DriveView& view) {
   const auto& values = view.values;
   std::string text = fmt::format("slave {} of {}", view.position, view.slaves);
+  if (view.drive != 0) text += fmt::format(", drive {}", view.drive);
   const auto append = [&text](std::string_view what, const std::string& part) {
     if (!part.empty()) text += fmt::format("   {}{}", what, part);
   };
@@ -353,6 +354,7 @@ nlohmann::json drive_json(const DriveView& view) {
   }
   const auto frame = slaves::msd::display_frame(display_content(view), nanoseconds{0});
   return {{"slave", view.position},
+          {"drive", view.drive},
           {"al_state", wire::to_text(view.al.status.state)},
           {"al_error", view.al.status.error},
           {"al_status_code", static_cast<unsigned>(view.al.code)},

@@ -116,6 +116,7 @@ class DriveValues {
 /// State of a drive at one moment.
 struct DriveView {
   std::size_t position = 0;
+  unsigned drive = 0;      ///< number in the slave; the same for all slaves that are shown
   std::size_t slaves = 1;  ///< on the line
   ecat_master::AlReport al;
   wire::DlStatus dl;

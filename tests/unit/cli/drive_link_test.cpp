@@ -65,6 +65,21 @@ TEST_F(DriveLinkTest, TakesALineInInitToPreOpAndBack) {
   EXPECT_THAT(states(), testing::Each(AlState::kInit));
 }
 
+TEST(DriveLinkOfSeveralDrives, ReadsTheObjectsOfTheOneThatIsChosen) {
+  runtime::BusOptions bus;
+  bus.config = std::string(DRIVELINE_EXAMPLES_DIR) + "/dual_drive.toml";
+  bus.virtual_time = true;
+  const auto session = must(runtime::Session::open(bus));
+  auto link = must(DriveLink::open(**session));
+  for (const auto& [drive, exists] : {std::pair{0U, true}, std::pair{1U, true}, std::pair{2U, false}}) {
+    DriveView view;
+    view.drive = drive;
+    ASSERT_TRUE((*link)->read(0, view)) << view.trouble;
+    EXPECT_EQ(view.values.number(DriveObject::kStatusWord).has_value(), exists) << drive;
+    EXPECT_EQ(view.values.number(DriveObject::kDeviceType), 0x00020192);
+  }
+}
+
 TEST_F(DriveLinkTest, LeavesTheStatesOfAnotherMasterAlone) {
   take_line();
   const std::vector<AlState> before = states();

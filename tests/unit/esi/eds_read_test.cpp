@@ -32,7 +32,7 @@ constexpr auto kDrive =
     "[1014]\r\nParameterName=EMCY\r\nDataType=0x7\r\nAccessType=rw\r\nDefaultValue=$NODEID+0x80\r\n"
     "[1400]\r\nParameterName=RPDO\r\nObjectType=9\r\nSubNumber=2\r\n"
     "[1400sub0]\r\nDataType=5\r\nAccessType=ro\r\nDefaultValue=2\r\n"
-    "[1400sub1]\r\nDataType=7\r\nAccessType=rw\r\nDefaultValue=0x200 + $NodeId\r\n"
+    "[1400sub1]\r\nDataType=7\r\nAccessType=rw\r\nDefaultValue=0x2C0 + $NodeId\r\n"
     "[1A00]\r\nParameterName=Status\r\nObjectType=9\r\nSubNumber=3\r\n"
     "[1A00sub0]\r\nDataType=5\r\nAccessType=rw\r\nDefaultValue=1\r\n"
     "[1A00sub1]\r\nDataType=7\r\nAccessType=rw\r\nDefaultValue=0x60640020\r\n"
@@ -117,7 +117,7 @@ TEST(EdsRead, FormulasAddTheNodeId) {
   const auto file = read_sheet(kDrive);
   EXPECT_THAT(file.node_id_defaults, ElementsAre(EntryAddress{0x1014, 0}, EntryAddress{0x1400, 1}));
   EXPECT_EQ(file.default_hex({0x1014, 0}, 5), "85000000");
-  EXPECT_EQ(file.default_hex({0x1400, 1}, 0x7F), "7F020000");
+  EXPECT_EQ(file.default_hex({0x1400, 1}, 0x7F), "3F030000");
   EXPECT_EQ(file.default_hex({0x1000, 0}, 5), "92010200");
   EXPECT_EQ(file.default_hex({0x1001, 0}, 5), "");
 }
