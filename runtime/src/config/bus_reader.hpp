@@ -1,0 +1,23 @@
+#pragma once
+
+#include "config/device_files.hpp"
+#include "driveline/runtime/config/line_config.hpp"
+#include "driveline/runtime/toml/toml_reader.hpp"
+
+namespace driveline::runtime {
+
+/// Longest name of a line or slave in the telemetry records.
+inline constexpr std::size_t kMaxNameLength = 31;
+/// What is expected of such a name.
+inline constexpr std::string_view kNameLengthText = "must have 1 to 31 characters";
+
+/// Reads [line]: name and cycle time.
+void read_line(TomlReader reader, LineConfig& config);
+
+/// Reads [bus]; the cycle time has been read.
+void read_bus(TomlReader reader, DeviceFiles& files, LineConfig& config);
+
+/// Reads [realtime]; the cycle time has been read.
+void read_realtime(TomlReader reader, LineConfig& config);
+
+}  // namespace driveline::runtime
