@@ -1,9 +1,13 @@
 #include "eds_value.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <charconv>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -54,6 +58,7 @@ std::optional<std::string> hex_of_real(DataType type, std::string_view text) {
   double number = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  if (bytes == 4 && std::isfinite(number) && std::abs(number) > std::numeric_limits<float>::max()) return std::nullopt;
   if (bytes == 4) return little_endian(std::bit_cast<std::uint32_t>(static_cast<float>(number)), bytes);
   return little_endian(std::bit_cast<std::uint64_t>(number), bytes);
 }
@@ -136,6 +141,22 @@ std::optional<std::string> hex_of_value(DataType type, std::string_view text, bo
   if (!number) return std::nullopt;
   adds_node_id = number->adds_node_id;
   return hex_of_number(type, *number);
+}
+
+std::string text_of_number(DataType type, const std::string& hex) {
+  const auto bytes = parse_hex(hex).value_or(std::vector<std::byte>{});
+  if (bytes.empty()) return {};
+  std::uint64_t raw = 0;
+  for (std::size_t i = bytes.size(); i-- > 0;) raw = raw << 8 | std::to_integer<std::uint64_t>(bytes[i]);
+  if (is_signed(type)) {
+    const auto unused = 64U - 8U * static_cast<unsigned>(std::min<std::size_t>(bytes.size(), 8));
+    return fmt::format("{}", static_cast<std::int64_t>(raw << unused) >> unused);
+  }
+  const double real =
+      type == DataType::kReal64 ? std::bit_cast<double>(raw) : std::bit_cast<float>(static_cast<std::uint32_t>(raw));
+  if (type == DataType::kReal64 && std::isfinite(real)) return fmt::format("{}", real);
+  if (type == DataType::kReal32 && std::isfinite(real)) return fmt::format("{}", static_cast<float>(real));
+  return fmt::format("0x{:0{}X}", raw, 2 * bytes.size());
 }
 
 std::string plus(const std::string& hex, std::uint8_t addend) {

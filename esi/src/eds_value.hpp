@@ -36,6 +36,10 @@ struct EdsNumber {
 /// digits of bytes. `adds_node_id` is set if it is a formula with the node-ID. None: it is not a value of this type.
 [[nodiscard]] std::optional<std::string> hex_of_value(DataType type, std::string_view text, bool& adds_node_id);
 
+/// Returns a number as a file writes it, from its little-endian hex digits: unsigned ones with 0x, signed ones and
+/// those with a fraction decimal, because other programs take 0x80000000 for a positive number. Empty for no digits.
+[[nodiscard]] std::string text_of_number(DataType type, const std::string& hex);
+
 /// Returns the little-endian hex digits of `hex`, a number, plus `addend`, which wraps at its length.
 [[nodiscard]] std::string plus(const std::string& hex, std::uint8_t addend);
 

@@ -19,17 +19,10 @@ ObjectList list_of(std::uint16_t index) noexcept {
   return index >= 0x2000 && index < 0x6000 ? ObjectList::kManufacturer : ObjectList::kOptional;
 }
 
-/// Converts little-endian hex digits of a description to an EDS number; empty stays empty.
-std::string number(const std::string& little_endian) {
-  std::string text;
-  for (std::size_t at = little_endian.size(); at >= 2; at -= 2) text += little_endian.substr(at - 2, 2);
-  return text.empty() ? text : "0x" + text;
-}
-
 /// Converts little-endian hex digits to a value of the file; empty: none, or a text that the file cannot hold.
 std::string value_text(DataType type, const std::string& hex, bool adds_node_id) {
   if (type == DataType::kOctetString) return hex;
-  if (type != DataType::kVisibleString) return (adds_node_id ? "$NODEID+" : "") + number(hex);
+  if (type != DataType::kVisibleString) return (adds_node_id ? "$NODEID+" : "") + text_of_number(type, hex);
   std::string text;
   for (const auto byte : parse_hex(hex).value_or(std::vector<std::byte>{})) text += static_cast<char>(byte);
   const bool printable = std::all_of(text.begin(), text.end(), [](char c) { return c >= 0x20 && c < 0x7F; });
@@ -102,8 +95,10 @@ class ObjectWriter {
     to_.value("ObjectType", "0x7");
     to_.value("DataType", fmt::format("0x{:04X}", static_cast<unsigned>(entry.type)));
     to_.value("AccessType", access_type(entry));
-    if (const auto low = number(entry.minimum_hex); !text && !low.empty()) to_.value("LowLimit", low);
-    if (const auto high = number(entry.maximum_hex); !text && !high.empty()) to_.value("HighLimit", high);
+    if (const auto low = text_of_number(entry.type, entry.minimum_hex); !text && !low.empty())
+      to_.value("LowLimit", low);
+    if (const auto high = text_of_number(entry.type, entry.maximum_hex); !text && !high.empty())
+      to_.value("HighLimit", high);
     if (!text || !preset.empty()) to_.value("DefaultValue", preset);
     to_.value("PDOMapping", entry.rx_mappable || entry.tx_mappable ? 1 : 0);
     const auto value = std::lower_bound(file_.values.begin(), file_.values.end(), address,

@@ -1,12 +1,10 @@
 """Recordings as the libraries read them that Foxglove is built of: @mcap/core, and its decoder of messages of ROS 2."""
 import json
-import pathlib
-import shutil
-import subprocess
 import sys
 import unittest
 
-from program import DRIVELINE, EXAMPLES, PATIENCE_S, ROOT, again_when_disturbed
+import npm_modules
+from program import EXAMPLES, ROOT, again_when_disturbed
 from test_clients import BATCH, STATUS, TELEMETRY, ClientTest, recorded_name
 
 sys.path.insert(0, str(EXAMPLES))
@@ -15,37 +13,10 @@ import read_recording  # noqa: E402
 SOURCES = ROOT / "tests/interop/mcap"
 
 
-def modules():
-    """A folder of the build tree with the modules that package-lock.json names, by version and checksum."""
-    folder = pathlib.Path(DRIVELINE).parent / "tests/interop/mcap"
-    lock = (SOURCES / "package-lock.json").read_text(encoding="utf-8")
-    if not shutil.which("node"):
-        raise unittest.SkipTest("node is not installed (Debian package nodejs)")
-    done = folder / "installed"
-    if done.is_file() and done.read_text(encoding="utf-8") == lock:
-        return folder
-    if not shutil.which("npm"):
-        raise unittest.SkipTest("@mcap/core is not installed, and there is no npm to get it (Debian package npm)")
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in ("package.json", "package-lock.json"):
-        shutil.copy(SOURCES / name, folder)
-    try:
-        result = subprocess.run(["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund"], cwd=folder, capture_output=True, text=True,
-                                timeout=PATIENCE_S, check=False)
-    except subprocess.TimeoutExpired as late:
-        raise unittest.SkipTest("@mcap/core is not installed, and npm does not reach its registry in time") from late
-    if result.returncode != 0:
-        if "EINTEGRITY" in result.stderr:
-            raise AssertionError(result.stderr)
-        raise unittest.SkipTest(f"@mcap/core is not installed, and npm cannot get it: {result.stderr.strip().splitlines()[-1]}")
-    done.write_text(lock, encoding="utf-8")
-    return folder
-
-
 class McapCore(ClientTest):
     @classmethod
     def setUpClass(cls):
-        cls.modules = modules()
+        cls.modules = npm_modules.install("mcap", "@mcap/core")
 
     def read(self, name):
         result = self.run_program(SOURCES / "read_recording.mjs", name, self.modules, program="node")

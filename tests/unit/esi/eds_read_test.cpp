@@ -163,6 +163,8 @@ TEST(EdsRead, FaultsInAFileAreNoted) {
              "6: lowlimit of 2001h:00 is \"ten\", which is no value of its type: it is left out"},
         Case{"DataType=7\nDefaultValue=$NODEID*2\n",
              "6: defaultvalue of 2001h:00 is \"$NODEID*2\", which is no value of its type: it is left out"},
+        Case{"DataType=8\nDefaultValue=1e300\n",
+             "6: defaultvalue of 2001h:00 is \"1e300\", which is no value of its type: it is left out"},
         Case{"DataType=0x16\n", "4: 2001h:00 has the data type 0x0016: it is left out"},
         Case{"DataType=0x0F\nAccessType=ro\n", "4: 2001h:00 has the data type 0x000F: it is read as bytes"},
         Case{"ObjectType=5\nDataType=7\n", "4: 2001h has the object type 5: it is left out"},

@@ -1,0 +1,79 @@
+"""Electronic data sheets: those of the simulated drives as the npm module canopen reads them, and those that it writes."""
+import json
+import unittest
+import xml.etree.ElementTree
+
+import npm_modules
+from program import ROOT, ProgramTest
+
+# Names of the types in ESI files (ETG.1020), by their number in CiA 301.
+TYPES = {1: ("BOOL",), 2: ("SINT",), 3: ("INT",), 4: ("DINT",), 5: ("USINT", "BYTE"), 6: ("UINT", "WORD"), 7: ("UDINT", "DWORD"), 8: ("REAL",)}
+
+
+def number_of(element, name):
+    text = element.findtext(name, "")
+    return int(text.replace("#x", "0x"), 0) if text else None
+
+
+class DataSheets(ProgramTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.modules = npm_modules.install("canopen", "canopen")
+
+    def read(self, path, *copy):
+        result = self.run_program(ROOT / "tests/interop/canopen/read_eds.cjs", path, self.modules, *copy, program="node")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return json.loads(result.stdout)
+
+    def generate(self):
+        """The sheet of the MSD without the parameters that have data at sub-index 0: the module takes it for the number of entries."""
+        self.assertEqual(self.run_program("esi", "generate", self.directory).returncode, 0)
+        first, *sections = (self.directory / "moog_msd.eds").read_text(encoding="utf-8").split("\n[")
+        with_data = {section[:4] for section in sections if section[4:9] == "sub0]" and "DataType=0x0005\n" not in section}
+        self.assertGreater(len(with_data), 3)
+        kept = [section for section in sections if section[:4] not in with_data]
+        self.assertGreater(len(kept), 200)
+        return self.write("msd.eds", "\n[".join([first, *kept]))
+
+    def test_are_those_of_the_esi_file(self):
+        """The ESI file comes from the same dictionary, by another writer."""
+        sheet = self.read(self.generate())
+        device = xml.etree.ElementTree.parse(self.directory / "moog_msd.xml").find(".//Device")
+        self.assertEqual(int(sheet["product"], 0), int(device.find("Type").get("ProductCode").replace("#x", "0x"), 0))
+        variables = {}
+        for entry in device.iter("Object"):
+            index = number_of(entry, "Index")
+            if not entry.findtext("Type", "").startswith("DT"):
+                variables[index] = entry
+        self.assertGreater(len(variables), 50)
+        for index, entry in variables.items():
+            read = sheet["entries"][f"{index:x}:0"]
+            self.assertEqual(read["name"], entry.findtext("Name"))
+            if read["type"] in TYPES:
+                self.assertIn(entry.findtext("Type"), TYPES[read["type"]], hex(index))
+            access = entry.findtext("Flags/Access", "")
+            self.assertEqual(read["access"].startswith("rw"), access == "rw", hex(index))
+        # 607Ah of the drive is a signed position without a default, 6064h a TPDO value.
+        self.assertEqual(sheet["entries"]["607a:0"]["type"], 4)
+        self.assertEqual(sheet["entries"]["6064:0"]["access"], "ro")
+        self.assertTrue(sheet["entries"]["6064:0"]["mapping"])
+
+    def test_of_the_module_are_read(self):
+        """What it writes of the same sheet, we read: it loses entries behind gaps itself."""
+        written = self.directory / "copy.eds"
+        first = self.read(self.generate(), written)
+        result = self.run_program("esi", "validate", written)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        *notes, last = result.stdout.splitlines()
+        self.assertRegex(last, r"copy\.eds: \d+ objects, \d+ notes\Z")
+        for note in notes:  # it does not count the entries of objects with gaps between their sub-indices
+            self.assertRegex(note, r" announces \d+ entries and has \d+\Z")
+        copied = self.read(written)["entries"].keys()
+        self.assertLessEqual(copied, first["entries"].keys())
+        self.assertGreater(len(copied), 0.9 * len(first["entries"]))
+        shown = self.run_program("esi", "show", written)
+        self.assertIn("product 0x4D534431", shown.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
