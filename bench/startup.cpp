@@ -86,7 +86,7 @@ Start start_line(port::Port& port, rt::Clock& clock, std::size_t count, const In
     return std::make_unique<motion::InlineRunner>(core, clock);
   };
   const auto started = master.start_cycle(nullptr, {}, runtime::cycle_settings(config, master), make_runner);
-  if (!started) throw std::runtime_error(started.error().message());
+  if (!started) throw Disturbed(started.error().message());
   require(master.go_operational());
   start.to_op = lap();
   start.process_mib = static_cast<double>(resident_bytes()) / kMib;

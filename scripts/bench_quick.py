@@ -2,7 +2,9 @@
 """Runs every program of bench/ in its quick form: bench_quick.py FOLDER [--timeout S].
 
 A program passes when it measured all that it is for: status 0 and one document with results. Documents are kept beside
-the programs. Exit status 0: all of them; 1: one sentence on stderr for each that failed or skipped; 2: bad usage.
+the programs. A program that the machine disturbed in each of its attempts is named and passes, unless these are more
+than a quarter of the programs. Exit status 0: passed; 1: one sentence on stderr for each that failed or skipped; 2: bad
+usage.
 """
 import argparse
 import json
@@ -15,6 +17,12 @@ from pathlib import Path
 from bench_schema import problem_of
 
 SKIPPED = 77  # kSkippedStatus of bench/support/options.hpp
+DISTURBED = 75  # kDisturbedStatus of bench/support/options.hpp
+MAX_DISTURBED = 0.25  # of the programs; beyond that the cause is hardly the machine
+
+
+class Disturbed(Exception):
+    """The machine was too busy for a valid measurement."""
 
 
 def programs_in(folder):
@@ -28,7 +36,7 @@ def last_line(text):
 
 
 def problem_with(program, seconds):
-    """A sentence, or nothing when the program has measured everything."""
+    """A sentence, or nothing when the program has measured everything. Raises Disturbed."""
     try:
         done = subprocess.run([program, "--quick", "--json"], capture_output=True, text=True, timeout=seconds,
                               check=False)
@@ -39,6 +47,9 @@ def problem_with(program, seconds):
     sys.stderr.write(done.stderr)
     if done.returncode == SKIPPED:
         return f"skipped: {last_line(done.stderr)}"
+    if done.returncode == DISTURBED:
+        program.with_suffix(".json").unlink(missing_ok=True)
+        raise Disturbed(f"{program.name}: {last_line(done.stderr)}")
     if done.returncode != 0:
         return f"failed with status {done.returncode}: {last_line(done.stderr)}"
     try:
@@ -64,13 +75,22 @@ def main():
     programs = programs_in(options.folder)
     if not programs:
         parser.error(f"{options.folder}: no benchmark program in it")
-    problems = []
+    problems, disturbed = [], []
     for number, program in enumerate(programs, 1):
         begin = time.monotonic()
-        problem = problem_with(program, options.timeout)
+        try:
+            problem = problem_with(program, options.timeout)
+        except Disturbed as reason:
+            disturbed.append(str(reason))
+            problem = None
         if problem:
             problems.append(f"{program.name} {problem}")
         print(f"{number} of {len(programs)}: {program.name}, {time.monotonic() - begin:.0f} s", flush=True)
+    for reason in disturbed:
+        print(f"not measured here: {reason}")
+    if len(disturbed) > MAX_DISTURBED * len(programs):
+        problems.append(f"{len(disturbed)} of {len(programs)} programs were disturbed: "
+                        f"at most {MAX_DISTURBED:.0%} can be blamed on the machine")
     for problem in problems:
         print(problem, file=sys.stderr)
     return 1 if problems else 0

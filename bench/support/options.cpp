@@ -6,6 +6,7 @@
 
 #include "driveline/rt/cpu_latency.hpp"
 #include "support/environment.hpp"
+#include "support/retry.hpp"
 
 namespace driveline::bench {
 
@@ -36,6 +37,9 @@ int run(int argc, char** argv, const char* question, void (*measure)(const Optio
   } catch (const Skipped& reason) {
     fmt::print(stderr, "{}: skipped: {}\n", argv[0], reason.what());
     return kSkippedStatus;
+  } catch (const Disturbed& reason) {
+    fmt::print(stderr, "{}: disturbed: {}\n", argv[0], reason.what());
+    return kDisturbedStatus;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}: {}\n", argv[0], error.what());
     return 1;

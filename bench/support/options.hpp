@@ -30,8 +30,12 @@ struct Skipped : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Exit status of a program whose measurement was disturbed by the machine in each attempt (EX_TEMPFAIL of sysexits.h).
+constexpr int kDisturbedStatus = 75;
+
 /// Runs the program: reads the command line, calls `measure` with it and turns its exceptions into a sentence on
-/// stderr. Returns the exit status: 0 done, 1 failed, 2 bad usage, kSkippedStatus.
+/// stderr. Returns the exit status: 0 done, 1 failed, 2 bad usage, kDisturbedStatus,
+/// kSkippedStatus.
 int run(int argc, char** argv, const char* question, void (*measure)(const Options& options));
 
 }  // namespace driveline::bench

@@ -66,6 +66,20 @@ class Quick(Folder):
             self.assertIn(sentence, result.stderr)
         self.assertNotIn("cycle", result.stderr)
 
+    def test_one_that_the_machine_disturbed_is_named_and_does_not_fail(self):
+        for name in ("cycle", "dc", "wake"):
+            self.prints(name, DOCUMENT)
+        (self.folder / "startup.json").write_text("of another run", encoding="utf-8")
+        self.prints("startup", DOCUMENT, 75, "echo 'attempt 3 of 3' >&2; echo 'disturbed: no frame returned' >&2")
+        result = self.quick()
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("not measured here: startup: disturbed: no frame returned", result.stdout)
+        self.assertFalse((self.folder / "startup.json").exists())
+        self.prints("wake", DOCUMENT, 75, "echo 'disturbed: late' >&2")
+        result = self.quick()
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("2 of 4 programs were disturbed: at most 25% can be blamed on the machine", result.stderr)
+
     def test_a_distribution_that_leaves_measurements_out_is_named(self):
         row = {**ROW, "histogram": {"bin_us": 1, "deadline_us": 125.0, "missed": 1, "bins": [[14, 9], [300, 1]], "per_decade": 20,
                                     "unresolved": {"below_bin": 28, "count": 4}, "log_bins": [[83, 5], [109, 1]]}}
