@@ -1,6 +1,7 @@
 #include "driveline/slaves/pdo/pdo_map.hpp"
 
 #include <algorithm>
+#include <type_traits>
 
 #include "driveline/bytes/endian.hpp"
 #include "driveline/slaves/bit_copy.hpp"
@@ -137,7 +138,8 @@ void PdoMap::append(const ObjectDictionary& dictionary, std::uint32_t entry) noe
 void PdoMap::clear() noexcept {
   fields_.clear();
   copies_.clear();
-  bits_ = four_bytes_ = two_bytes_ = 0;
+  bits_ = 0;
+  ends_ = {};
   copies_only_ = true;
 }
 
@@ -246,19 +248,16 @@ void encode_field(const PdoMap::Field& field, const ObjectDictionary& dictionary
 
 }  // namespace
 
-/// Keeps the copies sorted by length; those of the same length stay in the order of the process data.
+/// Keeps the copies sorted by kind; those of the same kind stay in the order of the process data.
 void PdoMap::append_copy(const Field& field) noexcept {
   const std::size_t bytes = field.is_text || field.constant ? 0 : whole_bytes(field);
   if (bytes != 4 && bytes != 2 && bytes != 1) {
     copies_only_ = false;
     return;
   }
-  const std::size_t place = bytes == 4 ? four_bytes_ : bytes == 2 ? two_bytes_ : copies_.size();
-  const std::uint32_t sign = field.is_signed ? 1U << (field.bits - 1U) : 0U;
-  copies_.insert(copies_.begin() + static_cast<std::ptrdiff_t>(place),
-                 {static_cast<std::uint16_t>(field.bit_offset / 8), field.slot, sign});
-  four_bytes_ += bytes == 4 ? 1 : 0;
-  two_bytes_ += bytes >= 2 ? 1 : 0;
+  const std::size_t kind = (bytes == 4 ? kSigned32 : bytes == 2 ? kSigned16 : kSigned8) + (field.is_signed ? 0U : 1U);
+  copies_.insert(copies_.begin() + ends_[kind], {static_cast<std::uint16_t>(field.bit_offset / 8), field.slot});
+  for (std::size_t later = kind; later < kKinds; ++later) ++ends_[later];
 }
 
 /// Copies entry by entry, for entries that are no whole bytes, or data that do not contain all entries.
@@ -273,29 +272,33 @@ void PdoMap::encode_fields(const ObjectDictionary& dictionary, std::span<std::by
 void PdoMap::decode(std::span<const std::byte> data, ObjectDictionary& dictionary) const noexcept {
   if (!copies_only_ || data.size() < size()) return decode_fields(data, dictionary);
   const Copy* copy = copies_.data();
-  const auto copy_until = [&]<typename T>(std::size_t end, T /*type*/) {
-    for (const Copy* const last = copies_.data() + end; copy != last; ++copy) {
-      const std::uint64_t value = bytes::load_le<T>(data.subspan(copy->place));
-      dictionary.set_raw(copy->slot, (value ^ copy->sign) - copy->sign);  // extends the sign to 64 bits
+  const auto copy_kind = [&]<typename T>(Kind kind, T /*type*/) {
+    for (const Copy* const last = copies_.data() + ends_[kind]; copy != last; ++copy) {
+      using Unsigned = std::make_unsigned_t<T>;
+      const auto value = static_cast<T>(bytes::load_le<Unsigned>(data.subspan(copy->place)));
+      dictionary.set_raw(copy->slot, static_cast<std::uint64_t>(std::int64_t{value}));  // extends the sign
     }
   };
-  copy_until(four_bytes_, std::uint32_t{});
-  copy_until(two_bytes_, std::uint16_t{});
-  copy_until(copies_.size(), std::uint8_t{});
+  copy_kind(kSigned32, std::int32_t{});
+  copy_kind(kUnsigned32, std::uint32_t{});
+  copy_kind(kSigned16, std::int16_t{});
+  copy_kind(kUnsigned16, std::uint16_t{});
+  copy_kind(kSigned8, std::int8_t{});
+  copy_kind(kUnsigned8, std::uint8_t{});
 }
 
 void PdoMap::encode(const ObjectDictionary& dictionary, std::span<std::byte> data) const noexcept {
   if (!copies_only_ || data.size() < size()) return encode_fields(dictionary, data);
   const auto values = dictionary.raw_values();
   const Copy* copy = copies_.data();
-  const auto copy_until = [&]<typename T>(std::size_t end, T /*type*/) {
-    for (const Copy* const last = copies_.data() + end; copy != last; ++copy) {
+  const auto copy_until = [&]<typename T>(Kind kind, T /*type*/) {
+    for (const Copy* const last = copies_.data() + ends_[kind]; copy != last; ++copy) {
       bytes::store_le(data.subspan(copy->place), static_cast<T>(values[copy->slot]));
     }
   };
-  copy_until(four_bytes_, std::uint32_t{});
-  copy_until(two_bytes_, std::uint16_t{});
-  copy_until(copies_.size(), std::uint8_t{});
+  copy_until(kUnsigned32, std::uint32_t{});
+  copy_until(kUnsigned16, std::uint16_t{});
+  copy_until(kUnsigned8, std::uint8_t{});
 }
 
 }  // namespace driveline::slaves

@@ -1,6 +1,8 @@
 // Device control of the drive: hardware enable, state machine, brake, status word.
 #include "driveline/slaves/msd/core/device_control.hpp"
 
+#include <array>
+
 #include "driveline/slaves/msd/core/control_clock.hpp"
 #include "driveline/slaves/msd/core/drive_settings.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
@@ -8,20 +10,35 @@
 namespace driveline::slaves::msd {
 namespace {
 
-/// Whether the mode shows ROT_0 in status bit 14 (MSD manual Tables 12.5, 12.14, 12.18-12.24).
-bool shows_standstill(OperationMode mode) noexcept {
-  return mode != OperationMode::kNone && mode != OperationMode::kVelocity && mode != OperationMode::kProfileVelocity;
+/// Returns which of bits 13 to 15 of the status word the mode shows: the following error (MSD manual Table 11.9), ROT_0
+/// (Tables 12.5, 12.14, 12.18-12.24), "axis synchronised" (12.3).
+constexpr std::uint16_t shown_bits(OperationMode mode) noexcept {
+  constexpr unsigned kMoving = status_word::kStandstill | status_word::kAxisSynchronised;
+  switch (mode) {
+    case OperationMode::kNone:
+    case OperationMode::kVelocity:
+    case OperationMode::kProfileVelocity:
+      return 0;
+    case OperationMode::kProfilePosition:
+      return status_word::kFollowingError | status_word::kStandstill;
+    case OperationMode::kHoming:
+      return status_word::kStandstill;
+    case OperationMode::kCyclicSynchronousPosition:
+      return status_word::kFollowingError | kMoving;
+    case OperationMode::kInterpolatedPosition:
+    case OperationMode::kCyclicSynchronousVelocity:
+    case OperationMode::kCyclicSynchronousTorque:
+      return kMoving;
+  }
+  return 0;
 }
 
-/// Whether the mode shows "axis synchronised" in status bit 15 (MSD manual 12.3).
-bool shows_synchronism(OperationMode mode) noexcept {
-  return mode >= OperationMode::kInterpolatedPosition;
-}
-
-/// Whether the mode shows the following error in status bit 13 (MSD manual Table 11.9).
-bool shows_following_error(OperationMode mode) noexcept {
-  return mode == OperationMode::kProfilePosition || mode == OperationMode::kCyclicSynchronousPosition;
-}
+/// shown_bits() of all modes.
+constexpr auto kShownBits = [] {
+  std::array<std::uint16_t, static_cast<std::size_t>(OperationMode::kCyclicSynchronousTorque) + 1> bits{};
+  for (std::size_t mode = 0; mode < bits.size(); ++mode) bits[mode] = shown_bits(static_cast<OperationMode>(mode));
+  return bits;
+}();
 
 }  // namespace
 
@@ -119,15 +136,15 @@ std::uint16_t DeviceControl::state_bits(bool dc_link) const noexcept {
 }
 
 std::uint16_t DeviceControl::motion_bits(const StatusFacts& facts) const noexcept {
-  const OperationMode mode = modes_.mode();
-  unsigned word = modes_.status_bits(*motion_);
+  unsigned word = 0;
   const auto put = [&word](std::uint16_t bit, bool on) { word |= on ? bit : 0U; };
+  put(status_word::kFollowingError, facts.following_error);
+  put(status_word::kStandstill, motion_->standstill());
+  put(status_word::kAxisSynchronised, motion_->synchronised());
+  word &= kShownBits[static_cast<std::size_t>(modes_.mode())];
   put(status_word::kWarning, facts.warning);
   put(status_word::kInternalLimit, power_.power_on() && (motion_->limited() || modes_.limited()));
-  put(status_word::kFollowingError, shows_following_error(mode) && facts.following_error);
-  put(status_word::kStandstill, shows_standstill(mode) && motion_->standstill());
-  put(status_word::kAxisSynchronised, shows_synchronism(mode) && motion_->synchronised());
-  return static_cast<std::uint16_t>(word);
+  return static_cast<std::uint16_t>(word | modes_.status_bits(*motion_));
 }
 
 }  // namespace driveline::slaves::msd

@@ -19,8 +19,8 @@ DriveCore::DriveCore(const MsdParameters& parameters, const DictionaryTable& tab
       dictionary_(table),
       motion_(parameters.motor, parameters.initial_position_rad),
       store_(table, parameters, motion_.motor()),
-      protection_(dictionary_, motion_, parameters),
       machine_(parameters, terminals_, motion_.motor(), *this),
+      protection_(dictionary_, motion_, parameters),
       homing_time_out_(parameters.homing_time_out),
       operating_hours_(parameters.operating_hours),
       mains_volts_(parameters.dc_link_volts) {}
@@ -130,7 +130,7 @@ void DriveCore::order_axis(bool process_data) noexcept {
 void DriveCore::move_axis() noexcept {
   motion_.step(brake_closed_);
   machine_.pass_switches();
-  if (const auto index = motion_.motor().index_pulse()) probe_.zero_pulse(shown_position(*index));
+  if (motion_.motor().passed_index()) probe_.zero_pulse(shown_position(*motion_.motor().index_pulse()));
   machine_.pass_time(clock_.cycle_end());
 }
 
@@ -212,6 +212,11 @@ void DriveCore::publish_states() noexcept {
 /// the publication first. New setpoints change none of these values before the next control cycle.
 void DriveCore::publish_groups(ValueGroups groups) const noexcept {
   actual_values_.publish(groups, motion_, dictionary_);
+  constexpr auto kOfTerminals = ValueGroups(ValueGroup::kTouchProbe).with(ValueGroup::kTerminals);
+  if (!groups.common(kOfTerminals).empty()) publish_terminals(groups);
+}
+
+void DriveCore::publish_terminals(ValueGroups groups) const noexcept {
   if (groups.has(ValueGroup::kTouchProbe)) msd::publish(probe_, dictionary_);
   if (groups.has(ValueGroup::kTerminals)) msd::publish(terminals_, dictionary_);
 }

@@ -49,19 +49,6 @@ void DriveMotion::configure(const MotionSettings& settings) noexcept {
   torque_.set_limits(0, 0.0);
 }
 
-double DriveMotion::measured_position_rad() const noexcept {
-  return static_cast<double>(motor_.encoder_count()) * motor_.radians_per_increment();
-}
-
-std::int64_t DriveMotion::position() const noexcept {
-  return position_at(motor_.encoder_count());
-}
-
-/// Converts position units to radians of the motor shaft.
-double DriveMotion::to_rad(double position) const noexcept {
-  return position * settings_.scaling.position_rad + static_cast<double>(zero_) * motor_.radians_per_increment();
-}
-
 double DriveMotion::torque_of(double permille) const noexcept {
   return permille * 1e-3 * settings_.rated_torque_nm;
 }
@@ -74,8 +61,8 @@ void DriveMotion::set(const Setpoints& setpoints) noexcept {
 }
 
 void DriveMotion::push_setpoints() noexcept {
-  const bool on_time = steps_since_sample_ + 1 >= settings_.steps_per_setpoint &&
-                       steps_since_sample_ <= settings_.steps_per_setpoint + 1;
+  const std::uint32_t expected = settings_.steps_per_setpoint;
+  const bool on_time = steps_since_sample_ + 1 - expected <= 2;  // at most one step early or late
   samples_on_time_ = on_time ? std::min(samples_on_time_ + 1, kSamplesForSynchronism) : 0;
   steps_since_sample_ = 0;
   // Only the active source starts a segment: the others take over the current setpoint when they are selected.
@@ -336,20 +323,6 @@ void DriveMotion::step(bool brake_closed) noexcept {
   const bool cyclic = command_ == MotionCommand::kFollow && source_ == MotionSource::kCyclicPosition;
   torque_demand_nm_ = cyclic ? follow_position() : obey();
   motor_.step(torque_demand_nm_ * demand, range, brake_closed);
-}
-
-bool DriveMotion::position_controlled() const noexcept {
-  return command_ == MotionCommand::kFollow &&
-         (source_ == MotionSource::kCyclicPosition || source_ == MotionSource::kProfilePosition);
-}
-
-double DriveMotion::position_setpoint_rad() const noexcept {
-  return source_ == MotionSource::kCyclicPosition ? position_.value() : generator_.state().position;
-}
-
-double DriveMotion::position_demand() const noexcept {
-  if (!position_controlled()) return static_cast<double>(position());
-  return (position_setpoint_rad() - to_rad(0.0)) / settings_.scaling.position_rad;
 }
 
 double DriveMotion::following_error() const noexcept {

@@ -86,9 +86,9 @@ bool FineInterpolator::makes_up() const noexcept {
 std::uint32_t FineInterpolator::samples_in(double rise) const noexcept {
   const double change = steady_change_;
   const double last = samples_[0] - samples_[1];
+  if (std::abs(rise) < 1.25 * std::abs(last)) return 1;  // usual case
   const double before = samples_[1] - samples_[2];
   if (!(std::abs(last) > kFast * change) || std::abs(last - before) > change) return 1;
-  if (std::abs(rise) < 1.25 * std::abs(last)) return 1;  // usual case: saves the division
   const double count = std::round(rise / last);
   const bool possible =
       count >= 2.0 && count <= bridged_ && std::abs(rise - count * last) <= 0.5 * count * (count + 1.0) * change;

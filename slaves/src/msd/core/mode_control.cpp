@@ -330,7 +330,7 @@ void ModeControl::update_reached_otherwise(const DriveMotion& motion) noexcept {
               std::abs(motion.velocity_demand() - motion.velocity()) > max_slippage;
 }
 
-std::uint16_t ModeControl::status_bits(const DriveMotion& motion) const noexcept {
+std::uint16_t ModeControl::status_bits_otherwise(const DriveMotion& motion) const noexcept {
   unsigned bits = 0;
   const auto put = [&bits](std::uint16_t bit, bool on) { bits |= on ? bit : 0U; };
   const bool active = entered_ != OperationMode::kNone;

@@ -12,7 +12,7 @@ using std::chrono::nanoseconds;
 
 bool MotionMonitor::step_following_error() noexcept {
   const auto window = dictionary_->get(kValue.following_error_window);
-  const bool outside = window != kWindowOff && std::abs(motion_->following_error()) > window;
+  const bool outside = window != kWindowOff && motion_->following_error_above(window);
   following_error_time_ = outside ? following_error_time_ + kProcessDataPeriod : nanoseconds{0};
   following_error_ =
       outside && following_error_time_ > std::chrono::milliseconds(dictionary_->get(kValue.following_error_time));

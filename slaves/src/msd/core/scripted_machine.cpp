@@ -12,11 +12,11 @@ using std::chrono::nanoseconds;
 
 ScriptedMachine::ScriptedMachine(const MsdParameters& parameters, const Terminals& terminals, const ServoMotor& motor,
                                  MachineEvents& events)
-    : switches_(parameters.switches),
-      scripts_(parameters.inputs),
+    : scripts_(parameters.inputs),
       terminals_(&terminals),
       motor_(&motor),
-      events_(&events) {}
+      events_(&events),
+      switches_(parameters.switches) {}
 
 void ScriptedMachine::pass(const MachineSwitch& s) noexcept {
   const double position = motor_->position_rad();
@@ -36,6 +36,7 @@ bool ScriptedMachine::schedule(Input input, bool level, nanoseconds at) noexcept
   auto place = scheduled_.begin() + static_cast<std::ptrdiff_t>(scheduled_count_++);
   *place = {input, level, at};
   for (; place != scheduled_.begin() && (place - 1)->at > at; --place) std::swap(*place, *(place - 1));
+  find_due();
   return true;
 }
 
@@ -59,6 +60,17 @@ void ScriptedMachine::start(nanoseconds now, nanoseconds cycle_end) noexcept {
   script_start_ = now;
   script_due_ = scripts_.empty() ? kNever : now;
   if (script_due_ == now) follow_scripts(cycle_end);
+  find_due();
+}
+
+void ScriptedMachine::find_due() noexcept {
+  due_ = scheduled_count_ == 0 ? script_due_ : std::min(script_due_, scheduled_.front().at);
+}
+
+void ScriptedMachine::pass_due(nanoseconds cycle_end) noexcept {
+  apply_scheduled(cycle_end);
+  follow_scripts(cycle_end);
+  find_due();
 }
 
 /// Reports all changes of scripted inputs since script_due_, in order of time.

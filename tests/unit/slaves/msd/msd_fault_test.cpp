@@ -250,6 +250,28 @@ TEST(MsdFault, FollowingErrorsThatEndInTimeDoNotAddUp) {
   EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
 }
 
+/// A motor without torque stays where it is, so the error grows with the target: by one unit in a cycle.
+TEST(MsdFault, FollowingErrorTripsAtItsWindow) {
+  for (const std::uint32_t window : {3U, 41U, 700U}) {
+    for (const std::uint32_t polarity : {0U, 0xC0U}) {
+      for (const std::int32_t direction : {1, -1}) {
+        OperatingRig rig;
+        rig.set({{0x6091, 1, 5, 4}, {0x6091, 2, 3, 4}, {0x607E, 0, polarity, 1}, {0x6072, 0, 0, 2}});
+        rig.set({{0x6065, 0, window, 4}, {0x6066, 0, 0, 2}});
+        rig.enable(8);
+        std::int32_t before = 0;
+        for (std::uint32_t i = 0; i < window + 20 && rig.error_code == 0; ++i) {
+          before = std::abs(rig.following_error);
+          rig.target_position += direction;
+          rig.cycle();
+        }
+        EXPECT_EQ(rig.error_code, 0x8611) << window << ' ' << polarity << ' ' << direction;
+        EXPECT_NEAR(before, window, 1.0) << polarity << ' ' << direction;
+      }
+    }
+  }
+}
+
 TEST(MsdFault, FollowingErrorMonitoringCanBeSwitchedOff) {
   OperatingRig rig;
   ASSERT_EQ(rig.write(0x6065, 0, 0xFFFFFFFF, 4), 0U);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -75,8 +76,9 @@ class PdoMap {
   struct Copy {
     std::uint16_t place = 0;  ///< first byte in the process data
     std::uint16_t slot = 0;   ///< slot in the dictionary
-    std::uint32_t sign = 0;   ///< sign bit of a signed value; 0: unsigned
   };
+  /// The order of the copies: those of the same kind follow one another.
+  enum Kind : std::uint8_t { kSigned32, kUnsigned32, kSigned16, kUnsigned16, kSigned8, kUnsigned8, kKinds };
 
   void clear() noexcept;
   void append_pdo(const ObjectDictionary& dictionary, std::uint16_t mapping, const PdoLimits& limits) noexcept;
@@ -87,9 +89,8 @@ class PdoMap {
   [[gnu::noinline]] void encode_fields(const ObjectDictionary& dictionary, std::span<std::byte> data) const noexcept;
 
   std::vector<Field> fields_;
-  std::vector<Copy> copies_;    ///< of all such entries: first those of 4 bytes, then of 2, then of 1
-  std::size_t four_bytes_ = 0;  ///< end of the copies of four bytes
-  std::size_t two_bytes_ = 0;   ///< end of the copies of two bytes
+  std::vector<Copy> copies_;                  ///< of all such entries
+  std::array<std::uint16_t, kKinds> ends_{};  ///< end of the copies of each kind
   std::size_t bits_ = 0;
   bool copies_only_ = true;  ///< every field has a copy
 };

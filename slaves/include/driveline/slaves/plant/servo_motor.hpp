@@ -148,8 +148,10 @@ class ServoMotor {
   /// Returns the count where the last step passed the encoder's index pulse, which occurs once per revolution at
   /// encoder count 0; the last one if a step is longer than a revolution. \rtsafe
   [[nodiscard]] std::optional<std::int64_t> index_pulse() const noexcept {
-    return encoder_connected_ && passed_index_ ? std::optional(index_count_) : std::nullopt;
+    return passed_index() ? std::optional(index_count_) : std::nullopt;
   }
+  /// Whether index_pulse() has a value. \rtsafe
+  [[nodiscard]] bool passed_index() const noexcept { return encoder_connected_ && passed_index_; }
 
  private:
   [[nodiscard]] bool powered() const noexcept { return power_stage_on_ && dc_link_volts_ > 0.0; }

@@ -44,6 +44,10 @@ class ValueGroups {
   [[nodiscard]] constexpr ValueGroups with(ValueGroups other) const noexcept {
     return ValueGroups(static_cast<std::uint16_t>(bits_ | other.bits_));
   }
+  /// Returns the groups that both sets have. \rtsafe
+  [[nodiscard]] constexpr ValueGroups common(ValueGroups other) const noexcept {
+    return ValueGroups(static_cast<std::uint16_t>(bits_ & other.bits_));
+  }
   /// Returns the groups that `other` does not have. \rtsafe
   [[nodiscard]] constexpr ValueGroups without(ValueGroups other) const noexcept {
     return ValueGroups(static_cast<std::uint16_t>(bits_ & ~other.bits_));

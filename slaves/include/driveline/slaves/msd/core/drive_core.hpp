@@ -227,6 +227,7 @@ class DriveCore final : private MachineEvents {
   void publish() noexcept;
   [[gnu::cold]] void publish_states() noexcept;
   void publish_groups(ValueGroups groups) const noexcept;
+  [[gnu::noinline]] void publish_terminals(ValueGroups groups) const noexcept;
   void publish_all_from_now() const noexcept {
     all_read_ = true;
     complete_publication();
@@ -246,7 +247,8 @@ class DriveCore final : private MachineEvents {
   mutable ObjectDictionary dictionary_;  ///< const functions complete its actual values
   DriveMotion motion_;
   ParameterStore store_;
-  // From here to the terminals is what every cycle uses, so that it shares few cache lines.
+  // From the end of the machine to the terminals is what every cycle uses, so that it shares few cache lines.
+  ScriptedMachine machine_;
   ActualValues actual_values_;
   ControlClock clock_;
   Commands quiet_commands_;                ///< when `quiet_` was set
@@ -262,7 +264,6 @@ class DriveCore final : private MachineEvents {
   Protection protection_;
   Terminals terminals_;
   DeviceControl control_{dictionary_, terminals_, motion_};
-  ScriptedMachine machine_;
   TouchProbe probe_;
   FaultRecord faults_{dictionary_};
   DriveSignals signals_{*this};

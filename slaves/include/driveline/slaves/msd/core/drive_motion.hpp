@@ -106,13 +106,26 @@ class DriveMotion {
   /// Returns the encoder count of position 0. \rtsafe
   [[nodiscard]] std::int64_t zero() const noexcept { return zero_; }
   /// Returns the position in position units, not wrapped to 32 bits. \rtsafe
-  [[nodiscard]] std::int64_t position() const noexcept;
+  [[nodiscard]] std::int64_t position() const noexcept { return position_at(motor_.encoder_count()); }
   /// Returns the position of an encoder count in position units, not wrapped to 32 bits. \rtsafe
   [[nodiscard]] std::int64_t position_at(std::int64_t increments) const noexcept {
     return settings_.scaling.to_units(increments - zero_);
   }
-  [[nodiscard]] double position_demand() const noexcept;  ///< position units; actual position without position control
-  [[nodiscard]] double following_error() const noexcept;  ///< position units; 0 without position control
+  /// Returns the position setpoint in position units; the actual position without position control. \rtsafe
+  [[nodiscard]] double position_demand() const noexcept {
+    if (!position_controlled()) return static_cast<double>(position());
+    return (position_setpoint_rad() - to_rad(0.0)) / settings_.scaling.position_rad;
+  }
+  /// Returns the following error in position units; 0 without position control. \rtsafe
+  [[nodiscard, gnu::cold]] double following_error() const noexcept;
+  /// Whether the magnitude of following_error() is above this number of position units. \rtsafe
+  [[nodiscard]] bool following_error_above(std::uint32_t units) const noexcept {
+    if (!position_controlled()) return false;
+    // Positions are whole units, so the exact error differs by less than two of them.
+    const double rad = std::abs(position_setpoint_rad() - measured_position_rad());
+    if (rad < (units - 2.0) * std::abs(settings_.scaling.position_rad)) return false;
+    return std::abs(following_error()) > units;
+  }
   /// Returns the following error in encoder increments; 0 without position control. \rtsafe
   [[nodiscard]] double following_error_increments() const noexcept;
   /// Returns the speed feed-forward that the bus sends (60B1h), even if it is not used. \rtsafe
@@ -177,10 +190,20 @@ class DriveMotion {
   void start_frequency_control() noexcept;
   void step_frequency_control(bool brake_closed) noexcept;
   void push_setpoints() noexcept;
-  [[nodiscard]] bool position_controlled() const noexcept;
-  [[nodiscard]] double position_setpoint_rad() const noexcept;
-  [[nodiscard]] double measured_position_rad() const noexcept;
-  [[nodiscard]] double to_rad(double position) const noexcept;
+  [[nodiscard]] bool position_controlled() const noexcept {
+    return command_ == MotionCommand::kFollow &&
+           (source_ == MotionSource::kCyclicPosition || source_ == MotionSource::kProfilePosition);
+  }
+  [[nodiscard]] double position_setpoint_rad() const noexcept {
+    return source_ == MotionSource::kCyclicPosition ? position_.value() : generator_.state().position;
+  }
+  [[nodiscard]] double measured_position_rad() const noexcept {
+    return static_cast<double>(motor_.encoder_count()) * motor_.radians_per_increment();
+  }
+  /// Converts position units to radians of the motor shaft.
+  [[nodiscard]] double to_rad(double position) const noexcept {
+    return position * settings_.scaling.position_rad + static_cast<double>(zero_) * motor_.radians_per_increment();
+  }
   [[nodiscard]] double obey() noexcept;
   [[nodiscard]] double follow() noexcept;
   [[nodiscard]] double follow_position() noexcept;

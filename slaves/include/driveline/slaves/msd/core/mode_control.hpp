@@ -48,7 +48,12 @@ class ModeControl {
                                  std::chrono::nanoseconds time_out) noexcept;
 
   /// Returns bits 10, 12 and 13 of the status word, where the mode determines them. \rtsafe
-  [[nodiscard]] std::uint16_t status_bits(const DriveMotion& motion) const noexcept;
+  [[nodiscard]] std::uint16_t status_bits(const DriveMotion& motion) const noexcept {
+    // Cyclic modes come first: most drives follow them.
+    if (mode_ < OperationMode::kCyclicSynchronousPosition || halted_) return status_bits_otherwise(motion);
+    return static_cast<std::uint16_t>((reached_ ? status_word::kTargetReached : 0U) |
+                                      (entered_ != OperationMode::kNone ? status_word::kTargetUsed : 0U));
+  }
   /// Whether a target or a speed was limited. \rtsafe
   [[nodiscard]] bool limited() const noexcept { return limited_; }
   /// Returns the homing, for its state and failure. \rtsafe
@@ -62,6 +67,7 @@ class ModeControl {
   void enter(const Conditions& conditions, DriveMotion& motion) noexcept;
   void count_window(bool inside, std::uint16_t time_ms) noexcept;
   void update_reached_otherwise(const DriveMotion& motion) noexcept;
+  [[nodiscard]] std::uint16_t status_bits_otherwise(const DriveMotion& motion) const noexcept;
   void step_profile_position(const Conditions& conditions, DriveMotion& motion, bool resume) noexcept;
   void step_profile_velocity(DriveMotion& motion, bool resume) noexcept;
   void step_velocity(std::uint16_t control_word, DriveMotion& motion, bool resume) noexcept;

@@ -37,8 +37,7 @@ class ScriptedMachine {
   }
   /// Reports all scheduled and scripted changes up to `cycle_end`, the end of the elapsed control cycle. \rtsafe
   void pass_time(std::chrono::nanoseconds cycle_end) noexcept {
-    if (scheduled_count_ != 0) apply_scheduled(cycle_end);
-    if (script_due_ <= cycle_end) follow_scripts(cycle_end);
+    if (due_ <= cycle_end) pass_due(cycle_end);
   }
 
   /// Schedules a change of an input at this time; returns false when too many changes wait. \rtsafe
@@ -55,19 +54,23 @@ class ScriptedMachine {
   };
 
   [[gnu::cold]] void pass(const MachineSwitch& s) noexcept;  // few machines have switches
-  [[gnu::cold]] void follow_scripts(std::chrono::nanoseconds cycle_end) noexcept;
-  [[gnu::cold]] void apply_scheduled(std::chrono::nanoseconds cycle_end) noexcept;
+  [[gnu::cold]] void pass_due(std::chrono::nanoseconds cycle_end) noexcept;
+  void find_due() noexcept;
+  void follow_scripts(std::chrono::nanoseconds cycle_end) noexcept;
+  void apply_scheduled(std::chrono::nanoseconds cycle_end) noexcept;
   void change_within(const Change& change, std::chrono::nanoseconds cycle_end) noexcept;
 
-  std::vector<MachineSwitch> switches_;
-  std::size_t scheduled_count_ = 0;
-  std::chrono::nanoseconds script_due_ = kNever;  ///< time of the next jump of a scripted input
   std::vector<ScriptedSignal> scripts_;
   const Terminals* terminals_;
   const ServoMotor* motor_;
   MachineEvents* events_;
-  std::array<Change, 16> scheduled_{};
+  std::chrono::nanoseconds script_due_ = kNever;  ///< time of the next jump of a scripted input
+  std::size_t scheduled_count_ = 0;
+  std::array<Change, 16> scheduled_{};  ///< in order of time
   std::chrono::nanoseconds script_start_{0};
+  // Every cycle uses these two.
+  std::vector<MachineSwitch> switches_;
+  std::chrono::nanoseconds due_ = kNever;  ///< time of the next change of any kind
 };
 
 }  // namespace driveline::slaves::msd

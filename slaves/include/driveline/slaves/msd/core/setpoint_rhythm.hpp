@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 
 namespace driveline::slaves::msd {
 
@@ -17,10 +18,15 @@ class SetpointRhythm {
   /// Counts a setpoint that arrived in this control cycle; setpoints are expected every `steps` of them. \rtsafe
   void sample(std::uint64_t cycle, std::uint32_t steps) noexcept {
     // Tolerance: a quarter of the period. With the right cycle, jitter puts intervals on both sides of the period.
-    const std::uint64_t since = std::min(cycle - last_, kLongest);
-    fast_ = 4 * since <= 3ULL * steps ? std::min(fast_ + 1, kProof) : 0;
-    slow_ = 4 * since >= 5ULL * steps ? std::min(slow_ + 1, kProof) : 0;
-    last_ = cycle;
+    const std::uint64_t quarters = 4 * std::min(cycle - std::exchange(last_, cycle), kLongest);
+    const std::uint64_t shortest = 3ULL * steps;
+    const std::uint64_t longest = shortest + 2ULL * steps;
+    if (shortest < quarters && quarters < longest) {
+      fast_ = slow_ = 0;
+    } else {
+      fast_ = quarters <= shortest ? std::min(fast_ + 1, kProof) : 0;
+      slow_ = quarters >= longest ? std::min(slow_ + 1, kProof) : 0;
+    }
   }
   /// Whether the setpoints arrive in another cycle. \rtsafe
   [[nodiscard]] bool wrong() const noexcept { return fast_ == kProof || slow_ == kProof; }
