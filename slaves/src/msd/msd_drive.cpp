@@ -8,6 +8,7 @@
 #include "driveline/slaves/msd/core/drive_settings.hpp"
 #include "driveline/slaves/msd/device_layout.hpp"
 #include "driveline/slaves/msd/ethercat_values.hpp"
+#include "driveline/slaves/pdo/pdo_settings.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
@@ -44,10 +45,6 @@ constexpr bool is_input_type(std::uint64_t raw) noexcept {
 
 std::uint16_t count16(std::uint64_t count) noexcept {
   return static_cast<std::uint16_t>(std::min<std::uint64_t>(count, 0xFFFF));
-}
-
-bool is_setting(const PdoMap::Field& field) noexcept {
-  return (field.row->access & access::kBackup) != 0;
 }
 
 DeviceProfile make_profile(const MsdParameters& parameters) {
@@ -235,8 +232,7 @@ void MsdDrive::written(const EntryRow& row) {
 void MsdDrive::build_process_data() noexcept {
   rx_map_.build(core_.process_values(), kOutputsSyncManager, pdo_limits_);
   tx_map_.build(core_.process_values(), kInputsSyncManager, pdo_limits_);
-  const auto fields = rx_map_.fields();
-  settings_mapped_ = std::any_of(fields.begin(), fields.end(), is_setting);
+  settings_mapped_ = has_settings(rx_map_);
   ValueGroups sent;
   for (const PdoMap::Field& field : tx_map_.fields()) {
     if (!field.is_text && !field.constant) sent = sent.with(value_group(field.slot));
@@ -255,28 +251,10 @@ std::optional<MappedEntry> MsdDrive::mapped_input(std::uint16_t index, std::uint
   return MappedEntry{kInputsSyncManager, field->bit_offset, field->bits};
 }
 
-/// Settings act as if they were written by SDO. A device parameter keeps its value if an SDO would refuse the new one.
-void MsdDrive::decode_settings(std::span<const std::byte> data) noexcept {
-  ObjectDictionary& dictionary = core_.process_values();
-  const auto fields = rx_map_.fields();
-  std::array<std::uint64_t, PdoMap::kDefaultFields> before{};
-  for (std::size_t i = 0; i < fields.size(); ++i) before[i] = dictionary.raw(fields[i].slot);
-  rx_map_.decode(data, dictionary);
-  for (std::size_t i = 0; i < fields.size(); ++i) {
-    const EntryRow& row = *fields[i].row;
-    const std::uint64_t raw = dictionary.raw(row.slot);
-    if (!is_setting(fields[i]) || raw == before[i]) continue;
-    const bool parameter = row.index < 0x6000;
-    const bool refused = parameter && (!check_range(row, raw) || !accept(row, raw));
-    if (refused) dictionary.set_raw(row.slot, before[i]);
-    if (!refused) written(row);
-  }
-}
-
 void MsdDrive::write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept {
   if (sync_manager != kOutputsSyncManager) return;
   if (settings_mapped_) {
-    decode_settings(data);
+    decode_settings(rx_map_, data, core_.process_values(), *this);
   } else {
     rx_map_.decode(data, core_.process_values());
   }

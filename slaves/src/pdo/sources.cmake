@@ -1,2 +1,3 @@
 target_sources(driveline_slaves PRIVATE
-  ${CMAKE_CURRENT_LIST_DIR}/pdo_map.cpp)
+  ${CMAKE_CURRENT_LIST_DIR}/pdo_map.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/pdo_settings.cpp)

@@ -84,7 +84,6 @@ class MsdDrive final : public Device, private DictionaryOwner, private DriveBus 
   void parameters_replaced() override { build_process_data(); }
 
   void build_process_data() noexcept;
-  void decode_settings(std::span<const std::byte> data) noexcept;
   void enter_al_state(wire::AlState state) noexcept;
   void outputs_ended() noexcept;
   [[nodiscard]] bool sync0_matches() const noexcept;
