@@ -107,7 +107,7 @@ class SampleRows {
 class SampleApplication : public Application {
  public:
   [[nodiscard]] SdoResult<void> accept(const EntryRow& /*row*/, std::uint64_t /*raw*/) override { return verdict; }
-  void written(const EntryRow& /*row*/) override {}
+  void written(const EntryRow& row) override { told.push_back(row.index); }
   [[nodiscard]] bool power_stage_on() const noexcept override { return power; }
   [[nodiscard]] std::uint8_t node_id(Reset reset) override {
     if (reset != Reset::kCommunication) node = next_node;
@@ -115,6 +115,14 @@ class SampleApplication : public Application {
   }
   [[nodiscard]] std::uint32_t bit_rate(Reset /*reset*/) override { return rate; }
   void restart(Reset reset, nanoseconds /*now*/) override { restarts.push_back(reset); }
+  void restore_communication() override { ++restored; }
+  [[nodiscard]] nanoseconds start_up_time() const noexcept override { return start_up; }
+  void advance(nanoseconds now) override {
+    advances.push_back(now);
+    if (wake <= now) wake = can::kNever;
+  }
+  [[nodiscard]] nanoseconds next_wake() const noexcept override { return wake; }
+  void rpdo_received(std::size_t number, nanoseconds now) override { frames.emplace_back(number, now); }
   [[nodiscard]] bool may_start() const noexcept override { return start_permitted; }
   void sync(std::uint8_t counter, nanoseconds now) override { syncs.emplace_back(counter, now); }
   void rpdo_applied(std::size_t number, nanoseconds now) override { applied.emplace_back(number, now); }
@@ -131,8 +139,14 @@ class SampleApplication : public Application {
   bool start_permitted = true;
   bool can_keep = true;
   std::uint64_t mask = ~std::uint64_t{0};
+  nanoseconds start_up{0};
+  nanoseconds wake = can::kNever;
+  std::vector<nanoseconds> advances;
+  std::vector<std::uint16_t> told;  ///< objects that were written
   std::vector<Reset> restarts;
+  unsigned restored = 0;  ///< times that the communication was
   std::vector<std::pair<unsigned, nanoseconds>> syncs;
+  std::vector<std::pair<std::size_t, nanoseconds>> frames;
   std::vector<std::pair<std::size_t, nanoseconds>> applied;
   std::vector<std::pair<CommunicationEvent, nanoseconds>> events;
   canopen::TimeOfDay time_of_day;

@@ -28,10 +28,11 @@ Device::Device(ObjectDictionary& dictionary, Application& application, const Dev
       sync_(dictionary, outbox_),
       emergency_(dictionary, outbox_),
       sdo_(dictionary, *this, options_),
-      store_(dictionary.table(), options_, application),
       pdos_(dictionary, application, emergency_, options_, outbox_),
       time_cob_id_(dictionary, 0x1012, 0),
-      error_behaviour_(dictionary, 0x1029, 1) {}
+      error_behaviour_(dictionary, 0x1029, 1) {
+  if (options_.stores) store_.emplace(dictionary.table(), options_, application);
+}
 
 void Device::connected(can::Controller& controller) {
   outbox_.connect(controller);
@@ -41,37 +42,65 @@ void Device::connected(can::Controller& controller) {
 void Device::power_on() {
   node_id_ = 0;
   nmt_.enter(NmtState::kInitialising);
-  start_pending_ = true;
+  pending_ = Reset::kPowerOn;
 }
 
-/// Initialising (CiA 301 7.3.2.2): restores values, takes node-ID and bit rate, sends the boot-up message, and enters
-/// Pre-operational.
+void Device::restart_communication() noexcept {
+  if (!pending_) pending_ = Reset::kCommunication;
+}
+
+/// Initialising (CiA 301 7.3.2.2): restores values, takes node-ID and bit rate. The boot-up message follows, when the
+/// application has started, too.
 void Device::reset(Reset reset, nanoseconds now) {
-  start_pending_ = false;
+  pending_.reset();
   outbox_.clear();
   sdo_.cancel();
   pdos_.stop();
+  node_id_ = 0;
   nmt_.enter(NmtState::kInitialising);
   application_->state_changed(nmt_.state(), now);
-  const bool whole = reset != Reset::kCommunication;
-  store_.restore(*dictionary_, whole ? 0 : kFirstCommunicationObject, whole ? 0xFFFF : kLastCommunicationObject);
-  if (whole) application_->restart(reset, now);
+  restore(reset, now);
   const std::uint8_t node_id = application_->node_id(reset);
-  node_id_ = node_id <= canopen::kMaxNodeId ? node_id : std::uint8_t{0};
+  next_node_id_ = node_id <= canopen::kMaxNodeId ? node_id : std::uint8_t{0};
   if (outbox_.controller() != nullptr) {
     if (const std::uint32_t rate = application_->bit_rate(reset); rate != 0) outbox_.controller()->set_bit_rate(rate);
     outbox_.controller()->recover(now);
   }
-  if (node_id_ == 0) return;
-  store_.add_node_id(*dictionary_, node_id_);
+  boot_up_at_ = reset == Reset::kCommunication ? now : now + application_->start_up_time();
+  if (boot_up_at_ <= now) boot_up(now);
+}
+
+/// What is reset has its stored values and no errors of its past.
+void Device::restore(Reset reset, nanoseconds now) {
+  const bool whole = reset != Reset::kCommunication;
+  if (store_) {
+    store_->restore(*dictionary_, whole ? 0 : kFirstCommunicationObject, whole ? 0xFFFF : kLastCommunicationObject);
+  } else if (!whole) {
+    application_->restore_communication();
+  }
+  emergency_.forget(whole ? kApplicationSource : kStackSource, kLastSource);
+  if (whole) application_->restart(reset, now);
+  emergency_.update_register();
+}
+
+/// Sends the boot-up message, and enters Pre-operational.
+void Device::boot_up(nanoseconds now) {
+  boot_up_at_ = kNever;
+  if (next_node_id_ == 0) return;
+  node_id_ = next_node_id_;
+  add_node_id(*dictionary_, options_.node_relative, node_id_);
   const std::array<std::byte, Frame::kMaxLength> zeros{};
   outbox_.send(Frame::of(options_.boot_up + node_id_, std::span(zeros).first(options_.boot_up_length)));
+  announced_ = false;
   error_control_.restart({options_.error_control + node_id_, false}, now);
   heartbeats_.restart();
-  emergency_.restart();
   nmt_.enter(NmtState::kPreOperational);
   state_changed(now);
   sync_.restart(now);
+  const auto* controller = outbox_.controller();
+  if (controller != nullptr && controller->errors().state() == can::ErrorState::kPassive) {
+    raise_stack_error(canopen::emergency_code::kErrorPassive, kStackSource, now);
+  }
 }
 
 void Device::enter(NmtState state, nanoseconds now) {
@@ -86,7 +115,7 @@ void Device::state_changed(nanoseconds now) {
     pdos_.stop();
   }
   application_->state_changed(nmt_.state(), now);
-  emergency_.advance(nmt_.configurable(), now);
+  emergency_.advance(tells_errors(), now);
 }
 
 void Device::nmt(const Frame& frame, nanoseconds now) {
@@ -135,6 +164,7 @@ void Device::receive_time(const Frame& frame, nanoseconds now) {
 }
 
 void Device::sync(const canopen::Sync& sync, nanoseconds now) {
+  application_->advance(now);
   pdos_.apply(now);
   application_->sync(sync.counter, now);
   pdos_.sample(now);
@@ -156,6 +186,7 @@ void Device::sdo(const Frame& frame, nanoseconds now) {
 
 void Device::transmitted(const Frame& frame, nanoseconds now) {
   now_ = now;
+  if (!std::exchange(announced_, true)) emergency_.advance(tells_errors(), now);
   if (frame.identifier != canopen::Identifier{options_.sdo_answer + node_id_, false}) return;
   // The segments of a sub-block follow one another, one at a time in the queue.
   if (const auto segment = sdo_.next_segment()) outbox_.send(Frame::of(options_.sdo_answer + node_id_, *segment));
@@ -171,7 +202,7 @@ SdoResult<void> Device::accept(const EntryRow& row, std::uint64_t raw) {
   also([&] { return sync_.check(row, value); });
   also([&] { return emergency_.check(row, value); });
   also([&] { return application_->accept(row, raw); });
-  also([&] { return store_.accept(row, value, *dictionary_); });
+  also([&] { return store_ ? store_->accept(row, value, *dictionary_, node_id_) : SdoResult<void>{}; });
   return result;
 }
 
@@ -185,16 +216,33 @@ void Device::written(const EntryRow& row) {
 }
 
 void Device::raise(const Emergency& emergency, nanoseconds now) {
-  emergency_.raise(emergency, kApplicationSource, nmt_.configurable(), now);
+  emergency_.raise(emergency, kApplicationSource, tells_errors(), now);
 }
 
 void Device::clear(std::uint16_t code, nanoseconds now) {
-  emergency_.clear(code, kApplicationSource, nmt_.configurable(), now);
+  emergency_.clear(code, kApplicationSource, tells_errors(), now);
 }
 
 void Device::raise_stack_error(std::uint16_t code, std::uint8_t source, nanoseconds now) {
   const std::uint8_t bits = canopen::error_register::kGeneric | canopen::error_register::kCommunication;
-  emergency_.raise({code, bits, {}}, source, nmt_.configurable(), now);
+  emergency_.raise({code, bits, {}}, source, tells_errors(), now);
+}
+
+void Device::raise_failure(std::uint16_t code, std::uint8_t source, nanoseconds now) {
+  if (options_.failure_emergencies) raise_stack_error(code, source, now);
+}
+
+bool Device::persists(CommunicationEvent event) const noexcept {
+  switch (event) {
+    case CommunicationEvent::kHeartbeatLost:
+      return heartbeats_.any_lost();
+    case CommunicationEvent::kLifeGuardingLost:
+      return error_control_.lost();
+    case CommunicationEvent::kBusOff:
+      return bus_off_;
+    default:
+      return false;
+  }
 }
 
 /// Only a failure of the communication changes the NMT state, no other error does (CiA 301 7.5.2.26).
@@ -214,11 +262,11 @@ void Device::communication_failed(CommunicationEvent event, nanoseconds now) {
 void Device::monitored(HeartbeatConsumer::Event event, nanoseconds now) {
   switch (event) {
     case HeartbeatConsumer::Event::kLost:
-      raise_stack_error(canopen::emergency_code::kErrorControl, kStackSource, now);
+      raise_failure(canopen::emergency_code::kErrorControl, kStackSource, now);
       return communication_failed(CommunicationEvent::kHeartbeatLost, now);
     case HeartbeatConsumer::Event::kBack:
       if (!heartbeats_.any_lost()) {
-        emergency_.clear(canopen::emergency_code::kErrorControl, kStackSource, nmt_.configurable(), now);
+        emergency_.clear(canopen::emergency_code::kErrorControl, kStackSource, tells_errors(), now);
       }
       return application_->communication(CommunicationEvent::kHeartbeatBack, now);
     case HeartbeatConsumer::Event::kBootUp:
@@ -230,37 +278,42 @@ void Device::monitored(HeartbeatConsumer::Event event, nanoseconds now) {
 
 void Device::guarded(ErrorControlService::Event event, nanoseconds now) {
   if (event == ErrorControlService::Event::kLost) {
-    raise_stack_error(canopen::emergency_code::kErrorControl, kGuardingSource, now);
+    raise_failure(canopen::emergency_code::kErrorControl, kGuardingSource, now);
     communication_failed(CommunicationEvent::kLifeGuardingLost, now);
   } else if (event == ErrorControlService::Event::kBack) {
-    emergency_.clear(canopen::emergency_code::kErrorControl, kGuardingSource, nmt_.configurable(), now);
+    emergency_.clear(canopen::emergency_code::kErrorControl, kGuardingSource, tells_errors(), now);
     application_->communication(CommunicationEvent::kLifeGuardingBack, now);
   }
 }
 
 void Device::error_state_changed(can::ErrorState state, nanoseconds now) {
   now_ = now;
-  if (node_id_ == 0) return;
+  if (node_id_ == 0) {
+    bus_off_ = state == can::ErrorState::kBusOff;
+    return;
+  }
   switch (state) {
     case can::ErrorState::kBusOff:
-      bus_off_ = true;
+      bus_off_ = announced_ = true;  // what waited is lost
       return communication_failed(CommunicationEvent::kBusOff, now);
     case can::ErrorState::kPassive:
       return raise_stack_error(canopen::emergency_code::kErrorPassive, kStackSource, now);
     case can::ErrorState::kActive:
       break;
   }
-  emergency_.clear(canopen::emergency_code::kErrorPassive, kStackSource, nmt_.configurable(), now);
+  emergency_.clear(canopen::emergency_code::kErrorPassive, kStackSource, tells_errors(), now);
   if (!std::exchange(bus_off_, false)) return;
   // While it was bus off nothing could be sent: the message says that it was.
-  raise_stack_error(canopen::emergency_code::kRecoveredFromBusOff, kStackSource, now);
-  emergency_.clear(canopen::emergency_code::kRecoveredFromBusOff, kStackSource, nmt_.configurable(), now);
+  raise_failure(canopen::emergency_code::kRecoveredFromBusOff, kStackSource, now);
+  emergency_.clear(canopen::emergency_code::kRecoveredFromBusOff, kStackSource, tells_errors(), now);
   application_->communication(CommunicationEvent::kBusRecovered, now);
 }
 
 void Device::advance(nanoseconds now) {
   now_ = now;
-  if (start_pending_) reset(Reset::kPowerOn, now);
+  if (pending_) reset(*pending_, now);
+  if (application_->next_wake() <= now) application_->advance(now);
+  if (boot_up_at_ <= now) boot_up(now);
   if (node_id_ == 0) return;
   outbox_.advance(now);
   guarded(error_control_.advance(nmt_.state(), now), now);
@@ -271,15 +324,16 @@ void Device::advance(nanoseconds now) {
   if (nmt_.configurable()) {
     if (const auto message = sync_.advance(now)) sync(*message, now);
   }
-  emergency_.advance(nmt_.configurable(), now);
+  emergency_.advance(tells_errors(), now);
   pdos_.advance(now);
 }
 
 nanoseconds Device::next_wake() const noexcept {
-  if (start_pending_) return nanoseconds{0};
-  if (node_id_ == 0) return kNever;
-  nanoseconds next = std::min({outbox_.next_wake(), error_control_.next_wake(), heartbeats_.next_wake(),
-                               emergency_.next_wake(nmt_.configurable()), pdos_.next_wake()});
+  if (pending_) return nanoseconds{0};
+  const nanoseconds own = std::min(boot_up_at_, application_->next_wake());
+  if (node_id_ == 0) return own;
+  nanoseconds next = std::min({own, outbox_.next_wake(), error_control_.next_wake(), heartbeats_.next_wake(),
+                               emergency_.next_wake(tells_errors()), pdos_.next_wake()});
   if (nmt_.configurable()) next = std::min(next, sync_.next_wake());
   return next;
 }

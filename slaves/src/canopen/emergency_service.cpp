@@ -17,9 +17,10 @@ EmergencyService::EmergencyService(ObjectDictionary& dictionary, Outbox& outbox)
   waiting_.reserve(kWaiting);
 }
 
-void EmergencyService::restart() noexcept {
+void EmergencyService::forget(std::uint8_t first, std::uint8_t last) noexcept {
   waiting_.clear();
   free_at_ = nanoseconds{0};
+  std::erase_if(errors_, [&](const Error& error) { return error.source >= first && error.source <= last; });
   update_register();
 }
 

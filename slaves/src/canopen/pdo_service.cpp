@@ -5,7 +5,7 @@ namespace driveline::slaves::cia301 {
 PdoService::PdoService(ObjectDictionary& dictionary, Application& application, EmergencyService& emergency,
                        const DeviceOptions& options, Outbox& outbox)
     : dictionary_(&dictionary), application_(&application), emergency_(&emergency), options_(&options) {
-  for (std::size_t i = 0; i < options.rpdos; ++i) rpdos_.emplace_back(dictionary, i, options);
+  for (std::size_t i = 0; i < options.rpdos; ++i) rpdos_.emplace_back(dictionary, application, i, options);
   for (std::size_t i = 0; i < options.tpdos; ++i) tpdos_.emplace_back(dictionary, i, options, outbox);
 }
 
@@ -17,6 +17,7 @@ void PdoService::start(nanoseconds now) noexcept {
 
 void PdoService::stop() noexcept {
   running_ = false;
+  cycle_ = kNever;
   for (Tpdo& tpdo : tpdos_) tpdo.stop();
 }
 
@@ -44,12 +45,22 @@ void PdoService::receive(const Frame& frame, nanoseconds now) {
     }
     return;
   }
-  for (std::size_t i = 0; i < rpdos_.size(); ++i) judge(i, rpdos_[i].receive(frame), now);
+  for (std::size_t i = 0; i < rpdos_.size(); ++i) {
+    if (!rpdos_[i].is(frame)) continue;
+    application_->advance(now);
+    const Rpdo::Result result = rpdos_[i].receive(frame);
+    if (result == Rpdo::Result::kWaits && !rpdos_[i].synchronous()) plan_cycle(now);
+    judge(i, result, now);
+  }
+}
+
+/// Event-driven RPDOs are applied at the next multiple of the cycle of PDOs.
+void PdoService::plan_cycle(nanoseconds now) noexcept {
+  cycle_ = (now / options_->pdo_cycle + 1) * options_->pdo_cycle;
 }
 
 /// Tells of a wrong length once, and of its end with the next good message (CiA 301 Table 26).
 void PdoService::judge(std::size_t number, Rpdo::Result result, nanoseconds now) {
-  if (result == Rpdo::Result::kForeign) return;
   constexpr std::uint8_t kBits = canopen::error_register::kGeneric | canopen::error_register::kCommunication;
   const auto source = static_cast<std::uint8_t>(kFirstSource + number);
   const auto tell = [&](bool wrong, std::uint16_t code) {
@@ -60,12 +71,13 @@ void PdoService::judge(std::size_t number, Rpdo::Result result, nanoseconds now)
   tell(too_short, canopen::emergency_code::kPdoTooShort);
   if (too_short) return;
   tell(rpdos_[number].too_long() && options_->long_rpdo_emergency, canopen::emergency_code::kPdoTooLong);
+  application_->rpdo_received(number, now);
   if (result == Rpdo::Result::kApplied) application_->rpdo_applied(number, now);
 }
 
-void PdoService::apply(nanoseconds now) {
+void PdoService::apply(bool synchronous, nanoseconds now) {
   for (std::size_t i = 0; running_ && i < rpdos_.size(); ++i) {
-    if (rpdos_[i].sync()) application_->rpdo_applied(i, now);
+    if (rpdos_[i].synchronous() == synchronous && rpdos_[i].apply()) application_->rpdo_applied(i, now);
   }
 }
 
@@ -81,12 +93,17 @@ void PdoService::watch(nanoseconds now) noexcept {
   for (std::size_t i = 0; i < tpdos_.size(); ++i) tpdos_[i].watch(application_->event_mask(i), now);
 }
 
-void PdoService::advance(nanoseconds now) noexcept {
+void PdoService::advance(nanoseconds now) {
+  if (cycle_ <= now) {
+    cycle_ = kNever;
+    application_->advance(now);
+    apply(false, now);
+  }
   for (Tpdo& tpdo : tpdos_) tpdo.advance(now);
 }
 
 nanoseconds PdoService::next_wake() const noexcept {
-  nanoseconds next = kNever;
+  nanoseconds next = cycle_;
   for (const Tpdo& tpdo : tpdos_) next = std::min(next, tpdo.next_wake());
   return next;
 }

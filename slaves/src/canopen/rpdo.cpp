@@ -1,5 +1,7 @@
 #include "driveline/slaves/canopen/rpdo.hpp"
 
+#include "driveline/slaves/pdo/pdo_settings.hpp"
+
 namespace driveline::slaves::cia301 {
 namespace {
 
@@ -8,16 +10,19 @@ constexpr std::uint32_t kLastSynchronousRpdo = 240;
 
 }  // namespace
 
-Rpdo::Rpdo(ObjectDictionary& dictionary, std::size_t number, const DeviceOptions& options)
+Rpdo::Rpdo(ObjectDictionary& dictionary, DictionaryOwner& owner, std::size_t number, const DeviceOptions& options)
     : dictionary_(&dictionary),
+      owner_(&owner),
       mapping_index_(static_cast<std::uint16_t>(options.mapping.rx_first + number)),
       limits_(options.mapping),
+      in_cycle_(options.pdo_cycle.count() > 0),
       cob_id_(dictionary, static_cast<std::uint16_t>(0x1400 + number), 1),
       type_(dictionary, static_cast<std::uint16_t>(0x1400 + number), 2),
       map_(options.mapping.objects) {}
 
 void Rpdo::restart() noexcept {
   map_.build_pdo(*dictionary_, mapping_index_, limits_);
+  settings_ = has_settings(map_);
   waits_ = false;
   too_long_ = false;
 }
@@ -33,14 +38,27 @@ void Rpdo::written(const EntryRow& row) noexcept {
   if (row.index == mapping_index_ || cob_id_.is(row) || type_.is(row)) restart();
 }
 
-Rpdo::Result Rpdo::receive(const Frame& frame) noexcept {
+bool Rpdo::is(const Frame& frame) const noexcept {
   const canopen::CobId cob_id = cob_id_.cob_id();
   const bool mine = cob_id_.exists() && !cob_id.invalid() && frame.identifier == cob_id.identifier();
-  if (!mine || map_.size() == 0 || frame.kind != canopen::FrameKind::kData) return Result::kForeign;
+  return mine && map_.size() != 0 && frame.kind == canopen::FrameKind::kData;
+}
+
+bool Rpdo::synchronous() const noexcept {
+  return type_.value() <= kLastSynchronousRpdo;
+}
+
+void Rpdo::decode(const Frame& frame) noexcept {
+  if (settings_) return decode_settings(map_, frame.payload(), *dictionary_, *owner_);
+  map_.decode(frame.payload(), *dictionary_);
+}
+
+Rpdo::Result Rpdo::receive(const Frame& frame) noexcept {
+  if (!is(frame)) return Result::kForeign;
   if (frame.length < map_.size()) return Result::kTooShort;
   too_long_ = frame.length > map_.size();
-  if (type_.value() > kLastSynchronousRpdo) {
-    map_.decode(frame.payload(), *dictionary_);
+  if (!synchronous() && !in_cycle_) {
+    decode(frame);
     return Result::kApplied;
   }
   newest_ = frame;
@@ -48,9 +66,9 @@ Rpdo::Result Rpdo::receive(const Frame& frame) noexcept {
   return Result::kWaits;
 }
 
-bool Rpdo::sync() noexcept {
+bool Rpdo::apply() noexcept {
   if (!std::exchange(waits_, false)) return false;
-  map_.decode(newest_.payload(), *dictionary_);
+  decode(newest_);
   return true;
 }
 

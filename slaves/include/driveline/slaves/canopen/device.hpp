@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "driveline/slaves/canopen/application.hpp"
 #include "driveline/slaves/canopen/error_control.hpp"
 #include "driveline/slaves/canopen/heartbeat_consumer.hpp"
@@ -20,6 +22,8 @@ class Device final : public can::Node, private DictionaryOwner {
 
   /// Starts the device as after power-on, at the time of the next advance().
   void power_on();
+  /// Resets the communication like the NMT command, at the time of the next advance().
+  void restart_communication() noexcept;
   /// An error of the application: see EmergencyService::raise().
   void raise(const Emergency& emergency, nanoseconds now);
   /// The error with this code has gone.
@@ -36,8 +40,14 @@ class Device final : public can::Node, private DictionaryOwner {
   void enter(NmtState state, nanoseconds now);
   /// Node-ID in use; 0: the device is not on the bus. \rtsafe
   [[nodiscard]] std::uint8_t node_id() const noexcept { return node_id_; }
-  /// Stored parameters.
-  [[nodiscard]] Store& store() noexcept { return store_; }
+  /// Whether a failure of the communication persists: the event is the one that began it. \rtsafe
+  [[nodiscard]] bool persists(CommunicationEvent event) const noexcept;
+  /// The CAN controller; nullptr before the device is on a bus. \rtsafe
+  [[nodiscard]] can::Controller* controller() const noexcept { return outbox_.controller(); }
+  /// Time of the call under way, or of the last one. \rtsafe
+  [[nodiscard]] nanoseconds now() const noexcept { return now_; }
+  /// Stored parameters. Precondition: DeviceOptions::stores.
+  [[nodiscard]] Store& store() noexcept { return *store_; }
   /// Messages that were ignored for their length, command or node. \rtsafe
   [[nodiscard]] std::uint64_t ignored() const noexcept { return nmt_.ignored() + sdo_.ignored() + sync_.ignored(); }
 
@@ -52,12 +62,17 @@ class Device final : public can::Node, private DictionaryOwner {
   static constexpr std::uint8_t kApplicationSource = 0;  ///< of errors in EmergencyService
   static constexpr std::uint8_t kStackSource = 1;        ///< of errors of the communication as a whole
   static constexpr std::uint8_t kGuardingSource = 2;     ///< of life guarding
+  static constexpr std::uint8_t kLastSource = 0xFF;      ///< behind those of the PDOs
 
   [[nodiscard]] SdoResult<void> accept(const EntryRow& row, std::uint64_t raw) override;
   void written(const EntryRow& row) override;
   [[nodiscard]] bool power_stage_on() const noexcept override { return application_->power_stage_on(); }
 
   void reset(Reset reset, nanoseconds now);
+  void restore(Reset reset, nanoseconds now);
+  /// Whether EMCY messages may leave: the boot-up message, whose identifier is beaten by theirs, is the first one.
+  [[nodiscard]] bool tells_errors() const noexcept { return nmt_.configurable() && announced_; }
+  void boot_up(nanoseconds now);
   void nmt(const Frame& frame, nanoseconds now);
   void state_changed(nanoseconds now);
   void sdo(const Frame& frame, nanoseconds now);
@@ -69,6 +84,7 @@ class Device final : public can::Node, private DictionaryOwner {
   void communication_failed(CommunicationEvent event, nanoseconds now);
   void receive_time(const Frame& frame, nanoseconds now);
   void raise_stack_error(std::uint16_t code, std::uint8_t source, nanoseconds now);
+  void raise_failure(std::uint16_t code, std::uint8_t source, nanoseconds now);
 
   ObjectDictionary* dictionary_;
   Application* application_;
@@ -80,12 +96,15 @@ class Device final : public can::Node, private DictionaryOwner {
   SyncService sync_;
   EmergencyService emergency_;
   SdoServer sdo_;
-  Store store_;
+  std::optional<Store> store_;
   PdoService pdos_;
   Entry time_cob_id_;
   Entry error_behaviour_;
   std::uint8_t node_id_ = 0;
-  bool start_pending_ = false;  ///< power has come
+  std::uint8_t next_node_id_ = 0;    ///< counts from the boot-up message on
+  nanoseconds boot_up_at_ = kNever;  ///< end of the initialisation
+  std::optional<Reset> pending_;     ///< a reset that begins with the next advance()
+  bool announced_ = true;            ///< no boot-up message waits
   bool bus_off_ = false;
   nanoseconds now_{0};  ///< of the call under way, for what a write of an object starts
 };

@@ -32,6 +32,12 @@ struct DeviceOptions {
   PdoLimits mapping{.dummies = true};  ///< rules of 1600h, 1A00h and following
   bool remote_types = false;           ///< TPDO transmission types 252 and 253
   bool long_rpdo_emergency = false;    ///< EMCY 8220h for an RPDO that is longer than its mapping
+  /// Event-driven RPDOs are applied at the next multiple of this time; a newer frame replaces one that waits. 0: at
+  /// once.
+  nanoseconds pdo_cycle{0};
+  bool stores = true;  ///< 1010h and 1011h are of the device; false: the application stores its values by itself
+  /// EMCY 8130h and 8140h for failures of the communication; false: the application tells of them in its own way.
+  bool failure_emergencies = true;
   /// COB-IDs whose initial value in the table counts from the node-ID, as $NODEID in an EDS does.
   std::vector<Address> node_relative{{0x1014, 0}, {0x1200, 1}, {0x1200, 2}, {0x1400, 1}, {0x1401, 1}, {0x1402, 1},
                                      {0x1403, 1}, {0x1800, 1}, {0x1801, 1}, {0x1802, 1}, {0x1803, 1}};

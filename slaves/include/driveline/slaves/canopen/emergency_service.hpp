@@ -17,8 +17,10 @@ class EmergencyService {
   /// Both must outlive this.
   EmergencyService(ObjectDictionary& dictionary, Outbox& outbox);
 
-  /// Forgets messages that wait; errors remain.
-  void restart() noexcept;
+  /// Forgets messages that wait, and the errors of the sources from `first` to `last`, without a message. \rtsafe
+  void forget(std::uint8_t first, std::uint8_t last) noexcept;
+  /// Writes the error register again, after values of the dictionary were restored. \rtsafe
+  void update_register() noexcept;
   /// An error occurs: register bits, history, one message. `source` tells errors of the same code apart; one that is
   /// there already is no new event. \rtsafe
   void raise(const Emergency& emergency, std::uint8_t source, bool allowed, nanoseconds now) noexcept;
@@ -44,7 +46,6 @@ class EmergencyService {
   };
 
   void send(const Emergency& emergency, bool allowed, nanoseconds now) noexcept;
-  void update_register() noexcept;
   void log(const Emergency& emergency) noexcept;
   [[nodiscard]] nanoseconds inhibit() const noexcept { return std::chrono::microseconds{100 * inhibit_time_.value()}; }
 

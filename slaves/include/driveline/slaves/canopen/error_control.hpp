@@ -26,6 +26,8 @@ class ErrorControlService {
   [[nodiscard]] Event advance(canopen::NmtState state, nanoseconds now) noexcept;
   /// When advance() has something to do.
   [[nodiscard]] nanoseconds next_wake() const noexcept { return std::min(heartbeat_, life_end_); }
+  /// Whether the life time is over and no remote frame has come since.
+  [[nodiscard]] bool lost() const noexcept { return life_lost_; }
   /// Identifier of heartbeat and guarding.
   [[nodiscard]] canopen::Identifier identifier() const noexcept { return identifier_; }
 

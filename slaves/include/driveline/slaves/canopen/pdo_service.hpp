@@ -29,20 +29,22 @@ class PdoService {
   /// A frame that may be an RPDO, or the remote frame of a TPDO.
   void receive(const Frame& frame, nanoseconds now);
   /// RPDOs that wait for a SYNC are applied.
-  void apply(nanoseconds now);
+  void apply(nanoseconds now) { apply(true, now); }
   /// Synchronous TPDOs are sampled.
   void sample(nanoseconds now) noexcept;
   /// An event of a TPDO, counted from 0.
   void trigger(std::size_t tpdo, nanoseconds now) noexcept;
   /// Compares the values of the TPDOs with the last messages.
   void watch(nanoseconds now) noexcept;
-  /// Sends what timers have made due.
-  void advance(nanoseconds now) noexcept;
+  /// Applies and sends what is due.
+  void advance(nanoseconds now);
   /// When advance() has something to do.
   [[nodiscard]] nanoseconds next_wake() const noexcept;
 
  private:
   void judge(std::size_t number, Rpdo::Result result, nanoseconds now);
+  void apply(bool synchronous, nanoseconds now);
+  void plan_cycle(nanoseconds now) noexcept;
 
   ObjectDictionary* dictionary_;
   Application* application_;
@@ -50,6 +52,7 @@ class PdoService {
   const DeviceOptions* options_;
   std::vector<Rpdo> rpdos_;
   std::vector<Tpdo> tpdos_;
+  nanoseconds cycle_ = kNever;  ///< when event-driven RPDOs that wait are applied
   bool running_ = false;
 };
 

@@ -12,13 +12,13 @@ class Rpdo {
   /// What became of a frame.
   enum class Result : std::uint8_t {
     kForeign,   ///< it is not of this PDO
-    kWaits,     ///< it is applied at the next SYNC
+    kWaits,     ///< it is applied at the next SYNC, or in the next cycle of PDOs
     kApplied,   ///< the values are in the dictionary
     kTooShort,  ///< fewer bytes than mapped: not used
   };
 
-  /// The dictionary must outlive this. `number` counts from 0.
-  Rpdo(ObjectDictionary& dictionary, std::size_t number, const DeviceOptions& options);
+  /// Dictionary and owner must outlive this. `number` counts from 0.
+  Rpdo(ObjectDictionary& dictionary, DictionaryOwner& owner, std::size_t number, const DeviceOptions& options);
 
   /// Reads the mapping again, and forgets a frame that waits. \rtsafe
   void restart() noexcept;
@@ -28,20 +28,29 @@ class Rpdo {
   void written(const EntryRow& row) noexcept;
   /// Takes a frame while the device is operational. \rtsafe
   [[nodiscard]] Result receive(const Frame& frame) noexcept;
-  /// Applies the newest frame since the last SYNC; false: there is none. \rtsafe
-  bool sync() noexcept;
+  /// Whether the frame has the identifier of this PDO, which exists and maps something. \rtsafe
+  [[nodiscard]] bool is(const Frame& frame) const noexcept;
+  /// Whether it waits for a SYNC. \rtsafe
+  [[nodiscard]] bool synchronous() const noexcept;
+  /// Applies the newest frame that waits; false: there is none. \rtsafe
+  bool apply() noexcept;
   /// Whether the last frame had more bytes than mapped. \rtsafe
   [[nodiscard]] bool too_long() const noexcept { return too_long_; }
 
  private:
+  void decode(const Frame& frame) noexcept;
+
   ObjectDictionary* dictionary_;
+  DictionaryOwner* owner_;
   std::uint16_t mapping_index_;
   PdoLimits limits_;
+  bool in_cycle_;  ///< an event-driven frame waits, too
   Entry cob_id_;
   Entry type_;
   PdoMap map_;
-  Frame newest_;  ///< waits for the SYNC
+  Frame newest_;  ///< waits
   bool waits_ = false;
+  bool settings_ = false;  ///< are mapped
   bool too_long_ = false;
 };
 
