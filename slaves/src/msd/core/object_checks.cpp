@@ -50,6 +50,8 @@ bool consistent_with(const ObjectDictionary& dictionary, const EntryRow& row, st
 
 bool possible_value(const EntryRow& row, std::uint64_t raw) noexcept {
   switch (row.slot) {
+    case kValue.error_count.number:
+      return raw == 0;  // CiA 301 7.5.2.4
     case kValue.mode.number:
       return ModeControl::supported(static_cast<OperationMode>(raw));
     case kValue.homing_method.number:

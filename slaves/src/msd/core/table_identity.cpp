@@ -13,7 +13,7 @@ constexpr std::uint16_t kIdentityRecord = 0x0023;
 constexpr std::array kIdentityRows = {
     constant(0x1000, 0, ObjectCode::kVariable, kUnsigned32, "Device type", 0x00020192, kTable81),
     variable(0x1001, kTx, kValue.error_register, "Error register", {}, {}, kTable81),
-    element(0x1003, 0, access::kReadWrite, kValue.error_count, "Pre-defined error field", {0, kNoMinimum, 0}, {},
+    element(0x1003, 0, access::kReadWrite, kValue.error_count, "Pre-defined error field", {}, {},
             "MSD manual Table 8.1: one sub-entry; CiA 301: writing 0 clears"),
     element(0x1003, 1, access::kRead, kValue.last_error, "Last error", {}, {},
             "CiA 301: error code, above it number and location (ours)"),

@@ -165,7 +165,7 @@ TEST_F(MsdAcknowledge, NothingHappensWhileTheReactionRuns) {
 }
 
 TEST_F(MsdAcknowledge, HistoryIsClearedByWritingZero) {
-  EXPECT_EQ(rig.write(0x1003, 0, 1, 1), 0x06090031U);
+  EXPECT_EQ(rig.write(0x1003, 0, 1, 1), 0x06090030U);
   EXPECT_EQ(rig.write(0x1003, 0, 0, 1), 0U);
   EXPECT_EQ(rig.read(0x1003, 1), 0U);
 }
