@@ -88,8 +88,9 @@ void ObjectDictionary::reset() {
   }
 }
 
-void ObjectDictionary::copy_backup_values(const ObjectDictionary& from) {
+void ObjectDictionary::copy_backup_values(const ObjectDictionary& from, std::uint16_t first, std::uint16_t last) {
   for (const auto& row : table_->rows()) {
+    if (row.index < first || row.index > last) continue;
     if ((row.access & access::kBackup) == 0 || row.slot == slot::kConstant) continue;
     if (is_string(row.type)) {
       strings_[row.slot] = from.strings_[row.slot];

@@ -65,9 +65,19 @@ void DriveCore::enter_network_state(NetworkState state) noexcept {
   monitor_.restart_rhythm(clock_.cycles());
 }
 
-void DriveCore::outputs_written() noexcept {
+void DriveCore::restore_parameters(std::uint16_t first, std::uint16_t last) {
+  disturb();
+  store_.restore(dictionary_, first, last);
+  settings_changed_ = true;
+}
+
+void DriveCore::commands_written() noexcept {
   if (quiet_ && commands() != quiet_commands_) disturb();
   watch_fault_reset();
+}
+
+void DriveCore::outputs_written() noexcept {
+  commands_written();
   monitor_.setpoints_came(clock_.cycles());
   control_.apply_setpoints();
 }

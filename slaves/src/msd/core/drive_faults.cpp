@@ -45,6 +45,11 @@ bool DriveCore::cause_persists(Fault fault) const noexcept {
     case Fault::kInvalidConfiguration:
       return monitor_.wrong_cycle() || bus_->cause_persists(fault);
     case Fault::kEepromData:
+    case Fault::kBusOff:
+    case Fault::kLifeGuarding:
+    case Fault::kHeartbeat:
+    case Fault::kTelegramFailure:
+    case Fault::kCommunicationEnded:
       return bus_->cause_persists(fault);
     case Fault::kParameterList:
       return !parameters_consistent(dictionary_) || !store_.good();

@@ -104,8 +104,8 @@ class ObjectDictionary {
 
   /// Resets every value to its initial one.
   void reset();
-  /// Copies only the rows that "store parameters" stores.
-  void copy_backup_values(const ObjectDictionary& from);
+  /// Copies only the rows that "store parameters" stores, with an index from `first` to `last`.
+  void copy_backup_values(const ObjectDictionary& from, std::uint16_t first = 0, std::uint16_t last = 0xFFFF);
 
  private:
   [[nodiscard]] SdoResult<const EntryRow*> locate(std::uint16_t index, std::uint8_t subindex) const;

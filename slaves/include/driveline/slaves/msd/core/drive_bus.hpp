@@ -10,7 +10,7 @@ namespace driveline::slaves::msd {
 enum class NetworkState : std::uint8_t {
   kBootUp = 0,            ///< no communication
   kInitialising = 1,      ///< communication starts
-  kSafeOperational = 4,   ///< actual values are valid, setpoints are not yet
+  kSafeOperational = 4,   ///< actual values are valid, setpoints are not yet; or stopped, where a bus has that
   kOperational = 5,       ///< actual values and setpoints are valid
   kPreOperational = 127,  ///< parameter access only
 };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <bitset>
 #include <chrono>
 #include <optional>
@@ -48,12 +49,20 @@ class DriveCore final : private MachineEvents {
   /// Switches the drive on, or off and on again: restores stored parameters and restarts the state machine. Not for use
   /// in the cycle.
   void restart();
+  /// Returns the remaining time of the self-test, during which the drive is not ready; 0 after it. \rtsafe
+  [[nodiscard]] std::chrono::nanoseconds start_up_left() const noexcept {
+    return std::max(start_left_, std::chrono::nanoseconds{0});
+  }
+  /// Restores the stored parameters with an index from `first` to `last`, while the drive continues.
+  void restore_parameters(std::uint16_t first, std::uint16_t last);
   /// Runs control loops and timers up to `now`. \rtsafe
   void advance(std::chrono::nanoseconds now) noexcept;
   /// Called when the bus has entered `state`. \rtsafe
   void enter_network_state(NetworkState state) noexcept;
   /// Called when the bus has written its process data objects: control word, setpoints. \rtsafe
   void outputs_written() noexcept;
+  /// Called when the bus has written process data objects of which none is a cyclic setpoint. \rtsafe
+  void commands_written() noexcept;
   /// Raises a fault of the bus. \rtsafe
   [[gnu::cold]] void raise(Fault fault) noexcept;
   /// Returns the end of the current control cycle on the clock of advance(); nullopt before its first call. \rtsafe

@@ -29,6 +29,11 @@ enum class Fault : std::uint8_t {
   kEepromData,
   kInternalRam,
   kParameterList,
+  kBusOff,
+  kLifeGuarding,
+  kHeartbeat,
+  kTelegramFailure,
+  kCommunicationEnded,
   kCount,
 };
 
@@ -43,6 +48,9 @@ struct FaultFacts {
   std::string_view text;             ///< text for users, without numbers
   std::string_view source;           ///< source of the numbers; "ours" marks numbers that no source states
 };
+
+/// Source of faults of a bus for which the manual gives the code only.
+inline constexpr std::string_view kFieldBusSource = "MSD manual 13.1 (FF00h); number, location, register bit ours";
 
 /// All faults: the only place to correct numbers that no manual states.
 inline constexpr std::array kFaults = {
@@ -80,6 +88,12 @@ inline constexpr std::array kFaults = {
                "MSD manual 5.3.3, 13.1 (FF00h); register bit ours"},
     FaultFacts{Fault::kParameterList, 2, 5, 0x6320, 0x20, true, "actual values of the parameter list",
                "MSD manual 4.7; code CiA 402 (parameter error)"},
+    FaultFacts{Fault::kBusOff, 12, 1, 0xFF00, 0x10, false, "bus off", kFieldBusSource},
+    FaultFacts{Fault::kLifeGuarding, 12, 2, 0xFF00, 0x10, false, "no guarding by the master", kFieldBusSource},
+    FaultFacts{Fault::kHeartbeat, 12, 3, 0xFF00, 0x10, false, "no heartbeat of the master", kFieldBusSource},
+    FaultFacts{Fault::kTelegramFailure, 12, 4, 0xFF00, 0x10, false, "telegram failure", kFieldBusSource},
+    FaultFacts{Fault::kCommunicationEnded, 12, 5, 0xFF00, 0x10, false, "communication ended with the power on",
+               kFieldBusSource},
 };
 
 /// Warnings: bits of P 34 (classes of the SERCOS manual, S-0-0012; numbers from there, texts ours).

@@ -25,6 +25,11 @@ class ParameterStore {
   /// Power-on: restores initial values, factory settings and stored parameters.
   void restore(ObjectDictionary& dictionary);
 
+  /// Restores the stored parameters with an index from `first` to `last`.
+  void restore(ObjectDictionary& dictionary, std::uint16_t first, std::uint16_t last) const {
+    dictionary.copy_backup_values(stored_, first, last);
+  }
+
   /// Installs a firmware version that becomes active at the next restore(). \rtsafe
   void install_firmware(FirmwareVersion version) noexcept { next_firmware_ = version; }
   /// Makes the next store() store the factory settings. \rtsafe
