@@ -54,6 +54,7 @@ void Device::restart_communication() noexcept {
 void Device::reset(Reset reset, nanoseconds now) {
   pending_.reset();
   outbox_.clear();
+  nmt_queue_.clear();
   sdo_.cancel();
   pdos_.stop();
   node_id_ = 0;
@@ -118,6 +119,18 @@ void Device::state_changed(nanoseconds now) {
   emergency_.advance(tells_errors(), now);
 }
 
+void Device::receive_nmt(const Frame& frame, nanoseconds now) {
+  if (options_.nmt_cycle.count() == 0) return nmt(frame, now);
+  if (!nmt_queue_.add(frame)) nmt_.ignore();
+  obey_at_ = (now / options_.nmt_cycle + 1) * options_.nmt_cycle;
+}
+
+/// A reset forgets the requests behind it, as a device that initialises ignores them.
+void Device::obey_nmt(nanoseconds now) {
+  obey_at_ = kNever;
+  while (const auto frame = nmt_queue_.take()) nmt(*frame, now);
+}
+
 void Device::nmt(const Frame& frame, nanoseconds now) {
   switch (nmt_.request(frame.payload(), node_id_, application_->may_start())) {
     case NmtMachine::Action::kStateChanged:
@@ -135,7 +148,7 @@ void Device::receive(const Frame& frame, nanoseconds now) {
   now_ = now;
   if (node_id_ == 0 || frame.kind == canopen::FrameKind::kError) return;
   const bool base_data = frame.kind == canopen::FrameKind::kData && !frame.identifier.extended;
-  if (base_data && frame.identifier.value == canopen::predefined::kNmt) return nmt(frame, now);
+  if (base_data && frame.identifier.value == canopen::predefined::kNmt) return receive_nmt(frame, now);
   receive_error_control(frame, now);
   if (!nmt_.configurable()) return;
   if (base_data && frame.identifier.value == options_.sdo_request + node_id_) return sdo(frame, now);
@@ -314,6 +327,7 @@ void Device::advance(nanoseconds now) {
   if (pending_) reset(*pending_, now);
   if (application_->next_wake() <= now) application_->advance(now);
   if (boot_up_at_ <= now) boot_up(now);
+  if (obey_at_ <= now) obey_nmt(now);
   if (node_id_ == 0) return;
   outbox_.advance(now);
   guarded(error_control_.advance(nmt_.state(), now), now);
@@ -330,7 +344,7 @@ void Device::advance(nanoseconds now) {
 
 nanoseconds Device::next_wake() const noexcept {
   if (pending_) return nanoseconds{0};
-  const nanoseconds own = std::min(boot_up_at_, application_->next_wake());
+  const nanoseconds own = std::min({boot_up_at_, obey_at_, application_->next_wake()});
   if (node_id_ == 0) return own;
   nanoseconds next = std::min({own, outbox_.next_wake(), error_control_.next_wake(), heartbeats_.next_wake(),
                                emergency_.next_wake(tells_errors()), pdos_.next_wake()});

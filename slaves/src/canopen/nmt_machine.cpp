@@ -1,8 +1,22 @@
 #include "driveline/slaves/canopen/nmt_machine.hpp"
 
+#include <utility>
+
 namespace driveline::slaves::cia301 {
 
 using canopen::NmtCommand;
+
+bool NmtQueue::add(const canopen::Frame& frame) noexcept {
+  if (count_ == kCapacity) return false;
+  frames_[(first_ + count_++) % kCapacity] = frame;
+  return true;
+}
+
+std::optional<canopen::Frame> NmtQueue::take() noexcept {
+  if (count_ == 0) return std::nullopt;
+  --count_;
+  return frames_[std::exchange(first_, (first_ + 1) % kCapacity)];
+}
 
 bool NmtMachine::enter(NmtState state) noexcept {
   const bool changes = state != state_;

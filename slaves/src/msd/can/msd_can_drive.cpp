@@ -71,7 +71,7 @@ cia301::DeviceOptions device_options(const MsdParameters& parameters, const CanC
   options.rpdos = options.tpdos = kCanPdos;
   options.mapping = {};  // the filler of a PDO is P 2055, there are no dummy objects (MSD manual 8.3.3)
   options.mapping.even_bytes = parameters.firmware_version() < facts(parameters.variant).odd_pdos_since;
-  options.pdo_cycle = kMillisecond;  // MSD manual 8.1.1
+  options.pdo_cycle = options.nmt_cycle = kMillisecond;  // MSD manual 8.1.1
   options.stores = false;
   options.failure_emergencies = false;  // each failure is a fault of the drive
   return options;

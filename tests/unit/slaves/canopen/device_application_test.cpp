@@ -102,6 +102,27 @@ TEST(CanopenPdoCycle, AppliesTheNewestFrame) {
   EXPECT_EQ(rig.value(0x2001), 0x22U) << "PDOs exist in Operational only";
 }
 
+// NMT requests are obeyed in their cycle, in their order; those behind a reset are lost with it.
+TEST(CanopenNmtCycle, ObeysAllRequestsInTheirOrder) {
+  DeviceRig rig({.nmt_cycle = 5ms});
+  rig.bus.advance(20ms);
+  rig.start();
+  rig.nmt(NmtCommand::kStop);
+  rig.run(2999us);
+  EXPECT_EQ(rig.device.state(), NmtState::kPreOperational);
+  rig.run(1us);
+  EXPECT_EQ(rig.device.state(), NmtState::kStopped);
+  rig.nmt(NmtCommand::kResetCommunication);
+  rig.start();
+  rig.run(10ms);
+  EXPECT_EQ(rig.device.state(), NmtState::kPreOperational);
+  const auto before = rig.device.ignored();
+  for (int i = 0; i < 10; ++i) rig.master.send_at(rig.bus.now(), canopen::NmtRequest{NmtCommand::kStart, 5}.frame());
+  rig.run(10ms);
+  EXPECT_EQ(rig.device.ignored(), before + 2) << "eight of them fit in";
+  EXPECT_EQ(rig.device.state(), NmtState::kOperational);
+}
+
 TEST(CanopenFailure, IsToldByTheApplicationWhereItDoesSo) {
   for (const bool by_the_stack : {true, false}) {
     DeviceRig rig({.failure_emergencies = by_the_stack});

@@ -134,7 +134,10 @@ TEST_F(MsdCan, NetworkStateIsShown) {
   EXPECT_EQ(rig.value(kNetworkState), 5U);
   rig.nmt(NmtCommand::kStop);
   EXPECT_EQ(rig.value(kNetworkState), 4U);
-  rig.send(canopen::NmtRequest{NmtCommand::kResetNode, 12}.frame(), 500us);
+  rig.bus.advance((rig.bus.now() / 1ms + 1) * 1ms);
+  rig.send(canopen::NmtRequest{NmtCommand::kResetNode, 12}.frame(), 999us);
+  EXPECT_EQ(rig.value(kNetworkState), 4U) << "NMT is processed in the next millisecond (MSD manual 8.1.1)";
+  rig.run(500us);
   EXPECT_EQ(rig.value(kNetworkState), 0U) << "the self-test";
   rig.run(5ms);
   EXPECT_EQ(rig.value(kNetworkState), 127U);

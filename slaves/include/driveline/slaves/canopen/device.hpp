@@ -73,7 +73,9 @@ class Device final : public can::Node, private DictionaryOwner {
   /// Whether EMCY messages may leave: the boot-up message, whose identifier is beaten by theirs, is the first one.
   [[nodiscard]] bool tells_errors() const noexcept { return nmt_.configurable() && announced_; }
   void boot_up(nanoseconds now);
+  void receive_nmt(const Frame& frame, nanoseconds now);
   void nmt(const Frame& frame, nanoseconds now);
+  void obey_nmt(nanoseconds now);
   void state_changed(nanoseconds now);
   void sdo(const Frame& frame, nanoseconds now);
   void answer_sdo(const SdoBytes& answer, nanoseconds now);
@@ -91,6 +93,7 @@ class Device final : public can::Node, private DictionaryOwner {
   DeviceOptions options_;
   Outbox outbox_;
   NmtMachine nmt_;
+  NmtQueue nmt_queue_;
   ErrorControlService error_control_;
   HeartbeatConsumer heartbeats_;
   SyncService sync_;
@@ -104,6 +107,7 @@ class Device final : public can::Node, private DictionaryOwner {
   std::uint8_t next_node_id_ = 0;    ///< counts from the boot-up message on
   nanoseconds boot_up_at_ = kNever;  ///< end of the initialisation
   std::optional<Reset> pending_;     ///< a reset that begins with the next advance()
+  nanoseconds obey_at_ = kNever;     ///< when NMT requests that wait are obeyed
   bool announced_ = true;            ///< no boot-up message waits
   bool bus_off_ = false;
   nanoseconds now_{0};  ///< of the call under way, for what a write of an object starts

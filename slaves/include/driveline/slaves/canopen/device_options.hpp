@@ -35,7 +35,8 @@ struct DeviceOptions {
   /// Event-driven RPDOs are applied at the next multiple of this time; a newer frame replaces one that waits. 0: at
   /// once.
   nanoseconds pdo_cycle{0};
-  bool stores = true;  ///< 1010h and 1011h are of the device; false: the application stores its values by itself
+  nanoseconds nmt_cycle{0};  ///< NMT requests are obeyed at the next multiple of this time; 0: at once
+  bool stores = true;        ///< 1010h and 1011h are of the device; false: the application stores its values by itself
   /// EMCY 8130h and 8140h for failures of the communication; false: the application tells of them in its own way.
   bool failure_emergencies = true;
   /// COB-IDs whose initial value in the table counts from the node-ID, as $NODEID in an EDS does.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <optional>
 #include <span>
 
 #include "driveline/canopen_wire/nmt.hpp"
@@ -7,6 +9,23 @@
 namespace driveline::slaves::cia301 {
 
 using canopen::NmtState;
+
+/// NMT requests that wait for the cycle in which a device obeys them. \rtsafe throughout.
+class NmtQueue {
+ public:
+  /// Adds a message; false: there is no room.
+  bool add(const canopen::Frame& frame) noexcept;
+  /// The oldest message, which leaves the queue; empty: none.
+  [[nodiscard]] std::optional<canopen::Frame> take() noexcept;
+  /// Forgets all messages.
+  void clear() noexcept { count_ = 0; }
+
+ private:
+  static constexpr std::size_t kCapacity = 8;
+  std::array<canopen::Frame, kCapacity> frames_{};
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+};
 
 /// NMT state machine of a device (CiA 301 7.3.2). \rtsafe throughout.
 class NmtMachine {
@@ -21,6 +40,8 @@ class NmtMachine {
   /// Takes an NMT message. Other lengths, commands and nodes are ignored and counted, and everything while the device
   /// initialises; so is a start that is not permitted.
   [[nodiscard]] Action request(std::span<const std::byte> payload, std::uint8_t node_id, bool may_start) noexcept;
+  /// A message was dropped.
+  void ignore() noexcept { ++ignored_; }
   /// Messages that were ignored.
   [[nodiscard]] std::uint64_t ignored() const noexcept { return ignored_; }
 
