@@ -36,6 +36,8 @@ class Controller {
   [[nodiscard]] const ErrorCounters& errors() const noexcept { return errors_; }
   /// Takes part with another bit rate from the next frame on; a divisor of 10^9. \rtsafe
   void set_bit_rate(std::uint32_t bit_rate) noexcept { options_.bit_rate = bit_rate; }
+  /// Takes part as a listener only, or not, from the next frame on. \rtsafe
+  void set_listen_only(bool on) noexcept { options_.listen_only = on; }
   /// Asks for the recovery from bus off; without effect in the other states. \rtsafe
   void recover(nanoseconds now) noexcept;
   /// Duration of a bit. \rtsafe
