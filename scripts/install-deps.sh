@@ -32,6 +32,7 @@ run   ethtool               switches their offloads off
 run   libcap2-bin           setcap: real-time run without root
 # test.sh: all tests and benchmarks
 test  python3               tests of the program, structure checks
+test  python3-can           oracle for the simulated CAN bus
 test  libgtest-dev          GoogleTest
 test  libgmock-dev          matchers and mocks
 test  libbenchmark-dev      micro-benchmarks

@@ -6,12 +6,14 @@
 
 #include "commands/command_input.hpp"
 #include "commands/commands.hpp"
+#include "commands/simulate_can.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
 #include "driveline/port/frame_waiter.hpp"
 #include "driveline/port/raw_socket_port.hpp"
 #include "driveline/rt/realtime_platform.hpp"
 #include "driveline/rt/stop_signals.hpp"
+#include "driveline/runtime/can_line/can_line_config.hpp"
 #include "driveline/runtime/endpoints/drive_networks.hpp"
 #include "driveline/runtime/served/line_server.hpp"
 #include "driveline/runtime/setup/composition.hpp"
@@ -46,7 +48,24 @@ struct SimulateOptions {
   std::string control;  ///< socket for commands; empty: none
   bool busy_poll = false;
   bool force = false;
+  SimulateCanOptions can;  ///< without its line description
 };
+
+/// The first option that is for CAN lines only; empty: none.
+std::string_view can_option(const SimulateOptions& options) {
+  if (!options.can.slcan.empty()) return "--slcan";
+  if (!options.can.socketcand.empty()) return "--socketcand";
+  return options.can.pty.empty() ? std::string_view() : "--pty";
+}
+
+/// The first option that is for lines of EtherCAT only; empty: none.
+std::string_view ethercat_option(const SimulateOptions& options) {
+  if (!options.bus.interface.empty()) return "--iface";
+  if (!options.bus.interface2.empty()) return "--iface2";
+  if (options.busy_poll) return "--busy-poll";
+  if (options.force) return "--force";
+  return options.control.empty() ? std::string_view() : "--control";
+}
 
 /// Executes commands for the served line.
 class ConsoleCommands final : public CommandExecutor {
@@ -194,6 +213,17 @@ Outcome<int> simulate(const SimulateOptions& options) {
   rt::catch_stop_signals();
   const auto& bus = options.bus;
   if (bus.config.empty()) return misused("needs --config FILE: the line to simulate");
+  if (runtime::describes_can_line(bus.config)) {
+    if (const auto other = ethercat_option(options); !other.empty()) {
+      return misused(fmt::format("{} is for lines of EtherCAT, {} describes a CAN line", other, bus.config));
+    }
+    auto can = options.can;
+    can.config = bus.config;
+    return simulate_can(can);
+  }
+  if (const auto other = can_option(options); !other.empty()) {
+    return misused(fmt::format("{} is for CAN lines, {} has no [bus] type = \"can\"", other, bus.config));
+  }
   if (bus.interface.empty()) {
     return misused("needs --iface NAME: where to serve the line; scripts/veth.sh makes a pair of interfaces for it");
   }
@@ -264,6 +294,12 @@ Execute prepare_simulate(Arguments& to) {
           "Busy-wait for frames while a master cycles: faster answers, but a fully loaded CPU");
   to.option("--control", &options->control, Value::file("PATH"),
             "Socket to listen at for `driveline fault` and `driveline input`");
+  to.option("--slcan", &options->can.slcan, Value::text("ADDRESS:PORT"),
+            "Serve a CAN line to programs that use serial CAN adapters over TCP");
+  to.option("--socketcand", &options->can.socketcand, Value::text("ADDRESS:PORT"),
+            "Serve a CAN line to clients of socketcand");
+  to.option("--pty", &options->can.pty, Value::file("PATH"),
+            "Make a terminal at this path that is a serial CAN adapter on a CAN line");
   to.flag("--force", options->force, "Use the interface even if another process of this program uses it");
   return [options] { return simulate(*options); };
 }

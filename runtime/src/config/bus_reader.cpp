@@ -52,6 +52,9 @@ void read_line(TomlReader reader, LineConfig& config) {
 }
 
 void read_bus(TomlReader reader, DeviceFiles& files, LineConfig& config) {
+  if (reader.choice_or("type", 0, {"ethercat", "can"}) != 0) {
+    reader.fail("type", "is \"can\", a line of EtherCAT is expected here; `driveline simulate` serves CAN lines");
+  }
   if (reader.has("esi")) config.esi_library = files.read_library(reader, "esi");
   if (reader.has("interface")) config.interface = reader.text("interface");
   if (reader.has("interface2")) config.interface2 = reader.text("interface2");

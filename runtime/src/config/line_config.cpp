@@ -11,6 +11,7 @@
 #include "config/command_reader.hpp"
 #include "config/compensation_reader.hpp"
 #include "config/coupling_reader.hpp"
+#include "config/description_text.hpp"
 #include "config/device_files.hpp"
 #include "config/eoe_reader.hpp"
 #include "config/fault_config.hpp"
@@ -25,7 +26,6 @@
 #include "driveline/runtime/files/input_file.hpp"
 #include "driveline/runtime/toml/toml_reader.hpp"
 #include "driveline/trajectory/interpolation_method.hpp"
-#include "toml/toml_depth.hpp"
 #include "toml/toml_table.hpp"
 
 namespace driveline::runtime {
@@ -35,8 +35,6 @@ namespace {
 constexpr std::size_t kMaxSlaves = 256;
 /// Most [[...]] tables of one name other than [[slave]]. Names are compared in pairs, which takes seconds for more.
 constexpr std::size_t kMaxTables = 10'000;
-/// Longest text of a description: 256 slaves with 32 KiB each.
-constexpr std::size_t kMaxDescriptionBytes = std::size_t{8} << 20;
 
 /// Reads the cables of the simulated line, and its faults.
 void read_simulation(TomlReader& root, LineConfig& config) {
@@ -162,22 +160,8 @@ const DriveRules& drive_rules(const LineConfig& config, const SlaveConfig& slave
 
 Result<LineConfig> parse_line_config(std::string_view text, const std::filesystem::path& name,
                                      const DeviceRegistry& devices, std::optional<motion::cia402::Mode> mode) {
-  if (text.size() > kMaxDescriptionBytes) {
-    return fail_file(name,
-                     fmt::format("is larger than {} MiB, the limit of a line description", kMaxDescriptionBytes >> 20));
-  }
-  if (const auto line = too_deep_line(text)) {
-    return fail_file(
-        name, fmt::format("keys or values are more than {} levels deep; a line description needs four", kMaxTomlDepth),
-        *line);
-  }
-  try {
-    return read_config(toml::parse(text, name.string()), name, devices, mode);
-  } catch (const toml::parse_error& error) {
-    return fail_file(name, std::string(error.description()), error.source().begin.line);
-  } catch (const ConfigError& wrong) {
-    return tl::unexpected(wrong.error);
-  }
+  return read_description(text, name,
+                          [&](const toml::table& table) { return read_config(table, name, devices, mode); });
 }
 
 Result<LineConfig> load_line_config(const std::filesystem::path& file, const DeviceRegistry& devices,

@@ -1,6 +1,7 @@
 #include "gateway/gateway_sockets.hpp"
 
 #include <fmt/format.h>
+#include <netinet/tcp.h>
 #include <sys/socket.h>
 
 #include <cerrno>
@@ -38,18 +39,30 @@ port::FileDescriptor bound_socket(int type, sockaddr_in& address) {
 
 }  // namespace
 
+port::FileDescriptor listen_at(const wire::IpV4Address& address, std::uint16_t& port) {
+  auto at = make_address(address, port);
+  auto socket = bound_socket(SOCK_STREAM, at);
+  if (!socket.valid() || ::listen(socket.get(), kWaitingClients) != 0) return {};
+  port = ntohs(at.sin_port);
+  return socket;
+}
+
 Result<GatewaySockets> open_gateway_sockets(const wire::IpV4Address& address, std::uint16_t port) {
   GatewaySockets sockets;
-  auto at = make_address(address, port);
-  sockets.tcp = bound_socket(SOCK_STREAM, at);
+  sockets.port = port;
+  sockets.tcp = listen_at(address, sockets.port);
+  auto at = make_address(address, sockets.port);
   if (sockets.tcp.valid()) sockets.udp = bound_socket(SOCK_DGRAM, at);
-  const bool listens = sockets.udp.valid() && ::listen(sockets.tcp.get(), kWaitingClients) == 0;
-  if (!listens) {
+  if (!sockets.udp.valid()) {
     return fail(ErrorKind::kMachine, fmt::format("cannot listen: {}", std::strerror(errno)),
                 fmt::format("mailbox gateway at {}:{}", to_text(address), port));
   }
-  sockets.port = ntohs(at.sin_port);
   return sockets;
+}
+
+void send_without_delay(int socket) noexcept {
+  const int yes = 1;
+  ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
 }
 
 std::string to_text(const sockaddr_in& address) {

@@ -21,6 +21,13 @@ struct GatewaySockets {
 /// Opens both sockets at `address`; `port` 0 selects a free one. Error (kMachine): the address is not available.
 [[nodiscard]] Result<GatewaySockets> open_gateway_sockets(const wire::IpV4Address& address, std::uint16_t port);
 
+/// Opens a non-blocking socket that listens at `address`; `port` 0 selects a free one, which is returned there. Not
+/// valid: the address is not available, see errno.
+[[nodiscard]] port::FileDescriptor listen_at(const wire::IpV4Address& address, std::uint16_t& port);
+
+/// Makes a TCP socket send small pieces at once, without waiting for more.
+void send_without_delay(int socket) noexcept;
+
 /// Formats as "127.0.0.1:40112".
 [[nodiscard]] std::string to_text(const sockaddr_in& address);
 

@@ -30,10 +30,9 @@ constexpr bool is_switch(std::string_view arguments) noexcept {
 
 }  // namespace
 
-void SlcanDoor::connected(Controller& controller) {
-  Door::connected(controller);
-  controller.set_power(false);
-  line_.reserve(kLongestLine);
+void SlcanDoor::restart() {
+  line_.clear();
+  too_long_ = channel_open_ = time_stamps_ = false;
 }
 
 void SlcanDoor::input(std::string_view bytes, nanoseconds /*now*/) {
@@ -77,7 +76,7 @@ SlcanDoor::Answer SlcanDoor::obey(char command, std::string_view arguments) {
       return registers ? set_bit_rate(slcan::bit_rate_of(static_cast<std::uint16_t>(*registers))) : Answer::kError;
     }
     case 'Z':
-      if (open_ || !is_switch(arguments)) return Answer::kError;
+      if (channel_open_ || !is_switch(arguments)) return Answer::kError;
       time_stamps_ = arguments == "1";
       return Answer::kOk;
     case 'X':  // auto poll, which is always on
@@ -88,9 +87,9 @@ SlcanDoor::Answer SlcanDoor::obey(char command, std::string_view arguments) {
   if (!arguments.empty()) return Answer::kError;
   switch (command) {
     case 'O':
-      return open(false);
+      return open_channel(false);
     case 'L':
-      return open(true);
+      return open_channel(true);
     case 'C':
       return close_channel();
     case 'F':
@@ -106,23 +105,23 @@ SlcanDoor::Answer SlcanDoor::obey(char command, std::string_view arguments) {
   }
 }
 
-SlcanDoor::Answer SlcanDoor::open(bool listen_only) {
-  if (open_) return Answer::kError;
-  open_ = true;
+SlcanDoor::Answer SlcanDoor::open_channel(bool listen_only) {
+  if (channel_open_) return Answer::kError;
+  channel_open_ = true;
   controller().set_listen_only(listen_only);
   controller().set_power(true);
   return Answer::kOk;
 }
 
 SlcanDoor::Answer SlcanDoor::close_channel() {
-  if (!open_) return Answer::kError;
-  open_ = false;
+  if (!channel_open_) return Answer::kError;
+  channel_open_ = false;
   controller().set_power(false);
   return Answer::kOk;
 }
 
 SlcanDoor::Answer SlcanDoor::set_bit_rate(std::uint32_t bit_rate) {
-  if (open_ || !possible(bit_rate)) return Answer::kError;
+  if (channel_open_ || !possible(bit_rate)) return Answer::kError;
   controller().set_bit_rate(bit_rate);
   return Answer::kOk;
 }
@@ -130,13 +129,13 @@ SlcanDoor::Answer SlcanDoor::set_bit_rate(std::uint32_t bit_rate) {
 /// "z" and "Z" before the end of the answer tell that the frame waits for the bus (CANUSB manual, command t).
 SlcanDoor::Answer SlcanDoor::transmit() {
   const auto stamped = slcan::parse_line(line_);
-  if (!open_ || !stamped || stamped->milliseconds || !send(stamped->frame)) return Answer::kError;
+  if (!channel_open_ || !stamped || stamped->milliseconds || !send(stamped->frame)) return Answer::kError;
   answer(stamped->frame.identifier.extended ? "Z\r" : "z\r");
   return Answer::kGiven;
 }
 
 SlcanDoor::Answer SlcanDoor::status_flags() {
-  if (!open_) return Answer::kError;
+  if (!channel_open_) return Answer::kError;
   const ErrorCounters& errors = controller().errors();
   std::uint8_t flags = 0;
   const auto put = [&flags](std::uint8_t flag, bool on) { flags |= on ? flag : std::uint8_t{0}; };

@@ -8,12 +8,12 @@ namespace driveline::slaves::can {
 
 SocketcandDoor::SocketcandDoor(std::string bus, nanoseconds epoch) : bus_(std::move(bus)), epoch_(epoch) {
   element_.reserve(kLongestElement);
-  answer("< hi >");
 }
 
-void SocketcandDoor::connected(Controller& controller) {
-  Door::connected(controller);
-  controller.set_power(false);
+void SocketcandDoor::restart() {
+  mode_ = Mode::kNoBus;
+  inside_ = false;
+  answer("< hi >");
 }
 
 void SocketcandDoor::input(std::string_view bytes, nanoseconds /*now*/) {
@@ -38,7 +38,7 @@ void SocketcandDoor::execute() {
   std::string_view words = element_;
   const auto command = canopen::next_word(words);
   if (command == "echo") return answer("< echo >");
-  if (command == "open") return open(canopen::next_word(words));
+  if (command == "open") return open_bus(canopen::next_word(words));
   if (mode_ == Mode::kNoBus) return fail("no bus is open");
   if (command == "rawmode") return change_mode(Mode::kRaw);
   if (command == "bcmmode") return change_mode(Mode::kBroadcastManager);
@@ -48,7 +48,7 @@ void SocketcandDoor::execute() {
 }
 
 /// A client that asks for a bus that is not there is sent away, as the daemon does it.
-void SocketcandDoor::open(std::string_view name) {
+void SocketcandDoor::open_bus(std::string_view name) {
   if (mode_ != Mode::kNoBus) return fail("a bus is open already");
   if (name != bus_) {
     fail("could not open bus");

@@ -156,8 +156,9 @@ TEST(Cannelloni, APacketTakesWhatFits) {
 }
 
 TEST(Cannelloni, FramesOfOtherKindsArePassedOver) {
-  cannelloni::Reader reader(
-      hex("02 00 01 00 03  00 00 01 23 82 00 AA BB  20 00 00 80 08 00 00 00 00 00 00 00 00  00 00 02 34 01 55"));
+  const auto packet =
+      hex("02 00 01 00 03  00 00 01 23 82 00 AA BB  20 00 00 80 08 00 00 00 00 00 00 00 00  00 00 02 34 01 55");
+  cannelloni::Reader reader(packet);
   EXPECT_EQ(reader.next(), Frame::of(0x234, hex("55")));
   EXPECT_FALSE(reader.next());
   EXPECT_TRUE(reader.good());

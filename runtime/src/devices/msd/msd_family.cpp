@@ -5,6 +5,7 @@
 #include "devices/msd/drive_reader.hpp"
 #include "devices/msd/msd_rules.hpp"
 #include "driveline/runtime/devices/msd_device.hpp"
+#include "driveline/slaves/msd/can/msd_can_drive.hpp"
 #include "driveline/slaves/msd/core/variant.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
@@ -45,6 +46,30 @@ std::unique_ptr<slaves::Device> MsdDevice::simulate(const DevicePlace& place) co
   parameters.name = place.name;
   parameters.serial_number = place.serial_number;
   return std::make_unique<slaves::msd::MsdDrive>(parameters);
+}
+
+namespace {
+
+/// A drive behind its CAN connection.
+class MsdOnCan final : public CanDevice {
+ public:
+  MsdOnCan(const slaves::msd::MsdParameters& parameters, const slaves::msd::CanConnection& connection)
+      : drive_(parameters, connection) {}
+  [[nodiscard]] slaves::can::Node& node() noexcept override { return drive_.device(); }
+
+ private:
+  slaves::msd::MsdCanDrive drive_;
+};
+
+}  // namespace
+
+std::unique_ptr<CanDevice> MsdDevice::simulate_on_can(const CanPlace& place) const {
+  auto parameters = parameters_;
+  parameters.name = place.name;
+  parameters.serial_number = place.serial_number;
+  slaves::msd::CanConnection connection;
+  connection.dip_switch = {place.node_id};
+  return std::make_unique<MsdOnCan>(parameters, connection);
 }
 
 }  // namespace driveline::runtime

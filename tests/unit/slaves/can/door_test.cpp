@@ -20,7 +20,10 @@ class DoorTest : public ::testing::Test {
  protected:
   DoorTest() { bus.attach(node, {.bit_rate = 500'000}); }
 
-  void attach(Door& door) { bus.attach(door, {.bit_rate = 500'000}); }
+  void attach(Door& door) {
+    bus.attach(door, {.bit_rate = 500'000});
+    door.open();
+  }
 
   /// What the client gets for these bytes and in the next millisecond.
   std::string say(Door& door, std::string_view bytes) {
@@ -55,14 +58,14 @@ TEST_F(SlcanDoorTest, AClosedChannelIsNotOnTheBus) {
 
 TEST_F(SlcanDoorTest, FramesInBothDirections) {
   EXPECT_EQ(say(door, "O\r"), "\r");
-  EXPECT_EQ(say(door, "t60284340100000000000\rT1AAAAAAA201F1\rr70A4\r"), "\az\rZ\rz\r")
+  EXPECT_EQ(say(door, "t60284340100000000000F\rT1AAAAAAA201F1\rr70A4\r"), "\aZ\rz\r")
       << "the first has more digits than bytes";
   EXPECT_THAT(node.identifiers(), ElementsAre(0x1AAA'AAAA, 0x70A));
   EXPECT_EQ(node.received[1].frame, Frame::remote({0x70A, false}, 4));
   node.send_at(bus.now(), Frame::of(0x582, hex("43 00 10 00 92 01 02 00")));
   node.send_at(bus.now(), Frame::remote({0x1234567, true}, 3));
   bus.advance(bus.now() + 1ms);
-  EXPECT_EQ(take(door), "t58284300100092010200\rR012345673\r");
+  EXPECT_EQ(take(door), "R012345673\rt58284300100092010200\r");
   EXPECT_EQ(door.statistics().sent, 2U);
   EXPECT_EQ(door.statistics().received, 2U);
 }
@@ -73,7 +76,7 @@ TEST_F(SlcanDoorTest, BitRateTimeStampsAndModeAreSetWhileTheChannelIsClosed) {
     EXPECT_EQ(say(door, command), "\a") << command;
   EXPECT_EQ(say(door, "C\rC\r"), "\r\a");
   for (const std::string_view command :
-       {"S9\r", "S\r", "S66\r", "sFFFF\r", "s1\r", "Z2\r", "Z\r", "X0\r", "P\r", "O1\r", "\x80\r"}) {
+       {"S9\r", "S\r", "S66\r", "s0000\r", "s1\r", "Z2\r", "Z\r", "X0\r", "P\r", "O1\r", "\x80\r"}) {
     EXPECT_EQ(say(door, command), "\a") << command;
   }
 }
@@ -140,6 +143,19 @@ TEST_F(SlcanDoorTest, LinesInPiecesAndLinesThatNeverEnd) {
   EXPECT_THAT(node.identifiers(), ElementsAre(0x123));
 }
 
+TEST_F(SlcanDoorTest, TheNextClientFindsANewAdapter) {
+  say(door, "S5\rZ1\rL\rt12");
+  door.leave();
+  door.open();
+  EXPECT_EQ(say(door, "t1230\r"), "\a") << "closed";
+  EXPECT_EQ(say(door, "O\rt1241BB\r"), "\rz\r") << "at the bit rate of the bus, and not as a listener";
+  node.send_at(bus.now(), Frame::of(0x345, hex("11")));
+  bus.advance(bus.now() + 1ms);
+  EXPECT_EQ(take(door), "t345111\r") << "without time stamps";
+  EXPECT_THAT(node.identifiers(), ElementsAre(0x124));
+  EXPECT_EQ(door.statistics().refused, 1U);
+}
+
 class SocketcandDoorTest : public DoorTest {
  protected:
   SocketcandDoorTest() { attach(door); }
@@ -204,6 +220,8 @@ TEST_F(DoorTest, AnyBytesLeaveABusThatWorks) {
     Bus line;
     ScriptedNode other;
     for (Node* one : std::initializer_list<Node*>{&serial, &daemon, &other}) line.attach(*one, {.bit_rate = 500'000});
+    serial.open();
+    daemon.open();
     for (int i = 0; i < 2000; ++i) {
       const char letter = kLetters[random() % kLetters.size()];
       serial.input({&letter, 1}, line.now());
@@ -213,10 +231,11 @@ TEST_F(DoorTest, AnyBytesLeaveABusThatWorks) {
     EXPECT_LE(serial.output().size(), Door::kOutputBytes);
     SlcanDoor fresh;
     line.attach(fresh, {.bit_rate = 500'000});
+    fresh.open();
     serial.input("\rC\r", line.now());
     line.advance(line.now() + 100ms);
-    EXPECT_EQ(say(fresh, "O\r"), "\r");
-    fresh.input("t3211AA\r", line.now());
+    fresh.input("O\rt3211AA\r", line.now());
+    EXPECT_EQ(take(fresh), "\rz\r");
     line.advance(line.now() + 100ms);
     ASSERT_FALSE(other.received.empty());
     EXPECT_EQ(other.received.back().frame, Frame::of(0x321, hex("AA")));

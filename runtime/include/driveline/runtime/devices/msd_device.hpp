@@ -13,6 +13,8 @@ class MsdDevice final : public SlaveDevice {
 
   [[nodiscard]] DeviceIdentity identity() const noexcept override;
   [[nodiscard]] std::unique_ptr<slaves::Device> simulate(const DevicePlace& place) const override;
+  /// The node-ID is that of the DIP switch S4.
+  [[nodiscard]] std::unique_ptr<CanDevice> simulate_on_can(const CanPlace& place) const override;
   /// Returns the parameters as read from the line description or passed to the constructor.
   [[nodiscard]] const slaves::msd::MsdParameters& parameters() const noexcept { return parameters_; }
 

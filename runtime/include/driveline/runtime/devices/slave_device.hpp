@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "driveline/runtime/devices/can_device.hpp"
 #include "driveline/slaves/device.hpp"
 
 namespace driveline::runtime {
@@ -34,6 +35,9 @@ class SlaveDevice {
 
   /// Returns a new simulated device in its factory state. Never null.
   [[nodiscard]] virtual std::unique_ptr<slaves::Device> simulate(const DevicePlace& place) const = 0;
+
+  /// Returns a new simulated device with a CAN connection, in its factory state; null: the device has none.
+  [[nodiscard]] virtual std::unique_ptr<CanDevice> simulate_on_can(const CanPlace& /*place*/) const { return nullptr; }
 
   /// Returns why the device cannot be an axis, as the continuation of a sentence after its name: "is a device of
   /// io.xml, an axis needs a drive". Empty: it is a drive.

@@ -13,6 +13,9 @@ struct DoorStatistics {
   std::uint64_t received = 0;  ///< frames that were passed on to the client
   std::uint64_t dropped = 0;   ///< frames that the client has lost, because it does not read
   std::uint64_t refused = 0;   ///< commands and frames of the client that were not carried out
+
+  /// Adds the figures of another door. \rtsafe
+  DoorStatistics& operator+=(const DoorStatistics& other) noexcept;
 };
 
 /// A client outside of this program as a node of the bus: the state of one connection. Bytes come in and go out;
@@ -25,6 +28,13 @@ class Door : public Node {
 
   Door();
 
+  /// A client has come: the state is that of a new connection.
+  void open();
+  /// The client has gone: the controller is off, and what waited is lost. A door without a client is not on the bus.
+  void leave();
+  /// Returns how many bytes of the client are sure to find room in the queue of its controller: the caller lets the
+  /// others wait, so that a client may send faster than the bus.
+  [[nodiscard]] std::size_t room() const noexcept;
   /// Bytes from the client, in pieces of any size.
   virtual void input(std::string_view bytes, nanoseconds now) = 0;
   /// Bytes for the client.
@@ -33,11 +43,11 @@ class Door : public Node {
   void taken(std::size_t bytes) { output_.erase(0, bytes); }
   /// Whether the connection is to be closed, after the output has been sent.
   [[nodiscard]] bool closing() const noexcept { return closing_; }
-  /// Figures since the start. \rtsafe
+  /// Figures of all clients since the start. \rtsafe
   [[nodiscard]] const DoorStatistics& statistics() const noexcept { return statistics_; }
 
   // Node
-  void connected(Controller& controller) override { controller_ = &controller; }
+  void connected(Controller& controller) override;
   void advance(nanoseconds /*now*/) override {}
   [[nodiscard]] nanoseconds next_wake() const noexcept override { return kNever; }
 
@@ -55,9 +65,12 @@ class Door : public Node {
   /// Whether frames were dropped since the last call.
   [[nodiscard]] bool take_overrun() noexcept;
   void close() noexcept { closing_ = true; }
+  /// Returns to the state of a new connection; what greets the client is answer()ed here.
+  virtual void restart() = 0;
 
  private:
   Controller* controller_ = nullptr;
+  std::uint32_t bit_rate_ = 0;  ///< of the controller before a client has changed it
   std::string output_;
   DoorStatistics statistics_;
   std::uint64_t told_dropped_ = 0;

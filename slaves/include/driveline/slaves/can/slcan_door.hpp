@@ -14,16 +14,18 @@ class SlcanDoor final : public Door {
  public:
   static constexpr std::size_t kLongestLine = 64;  ///< longer lines are refused as a whole
 
-  void connected(Controller& controller) override;
+  SlcanDoor() { line_.reserve(kLongestLine); }
+
   void input(std::string_view bytes, nanoseconds now) override;
   void receive(const Frame& frame, nanoseconds now) override;
 
  private:
   enum class Answer : std::uint8_t { kOk, kError, kGiven };
 
+  void restart() override;
   void execute();
   [[nodiscard]] Answer obey(char command, std::string_view arguments);
-  [[nodiscard]] Answer open(bool listen_only);
+  [[nodiscard]] Answer open_channel(bool listen_only);
   [[nodiscard]] Answer close_channel();
   [[nodiscard]] Answer set_bit_rate(std::uint32_t bit_rate);
   [[nodiscard]] Answer transmit();
@@ -31,7 +33,7 @@ class SlcanDoor final : public Door {
 
   std::string line_;
   bool too_long_ = false;  ///< the line so far
-  bool open_ = false;
+  bool channel_open_ = false;
   bool time_stamps_ = false;
 };
 

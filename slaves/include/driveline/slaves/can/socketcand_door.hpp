@@ -13,18 +13,18 @@ class SocketcandDoor final : public Door {
  public:
   static constexpr std::size_t kLongestElement = 256;  ///< longer ones are refused as a whole
 
-  /// `bus`: the name by which clients open the bus. Greets the client. `epoch`: what time 0 of the bus is, since 1970.
+  /// `bus`: the name by which clients open the bus. `epoch`: what time 0 of the bus is, since 1970.
   explicit SocketcandDoor(std::string bus, nanoseconds epoch = nanoseconds{0});
 
-  void connected(Controller& controller) override;
   void input(std::string_view bytes, nanoseconds now) override;
   void receive(const Frame& frame, nanoseconds now) override;
 
  private:
   enum class Mode : std::uint8_t { kNoBus, kBroadcastManager, kRaw };
 
+  void restart() override;
   void execute();
-  void open(std::string_view name);
+  void open_bus(std::string_view name);
   void transmit(canopen::FrameKind kind, std::string_view words);
   void change_mode(Mode mode);
   void fail(std::string_view reason);

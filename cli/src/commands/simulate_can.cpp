@@ -1,0 +1,110 @@
+#include "commands/simulate_can.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "console.hpp"
+#include "driveline/rt/realtime_platform.hpp"
+#include "driveline/rt/stop_signals.hpp"
+#include "driveline/runtime/can_line/can_server.hpp"
+#include "driveline/runtime/eoe/ip_network.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr auto kStopInterval = milliseconds{50};
+constexpr auto kBusReportInterval = std::chrono::seconds{5};
+
+/// Reads "127.0.0.1:29550".
+Outcome<runtime::TcpPlace> parse_place(std::string_view option, std::string_view text) {
+  const auto wrong = [&] {
+    return misused(fmt::format("{} {}: an address and a port are expected, as 127.0.0.1:29550", option, text));
+  };
+  const auto colon = text.rfind(':');
+  if (colon == std::string_view::npos) return wrong();
+  const auto address = runtime::parse_ip(text.substr(0, colon));
+  const auto digits = text.substr(colon + 1);
+  std::uint16_t port = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+  if (!address || error != std::errc{} || end != digits.data() + digits.size()) return wrong();
+  return runtime::TcpPlace{*address, port};
+}
+
+Outcome<runtime::CanEntrances> entrances_of(const SimulateCanOptions& options) {
+  runtime::CanEntrances entrances;
+  if (!options.slcan.empty()) {
+    const auto place = parse_place("--slcan", options.slcan);
+    if (!place) return tl::unexpected(place.error());
+    entrances.slcan.push_back(*place);
+  }
+  if (!options.socketcand.empty()) {
+    const auto place = parse_place("--socketcand", options.socketcand);
+    if (!place) return tl::unexpected(place.error());
+    entrances.socketcand.push_back(*place);
+  }
+  if (!options.pty.empty()) entrances.ptys.emplace_back(options.pty);
+  if (options.slcan.empty() && options.socketcand.empty() && options.pty.empty()) {
+    return misused("needs --slcan, --socketcand or --pty: where to serve the CAN line");
+  }
+  return entrances;
+}
+
+/// Prints frames per second, load of the bus and clients every few seconds in which there was a frame.
+class BusReporter {
+ public:
+  BusReporter(const slaves::can::Bus& bus, const runtime::CanServer& server) : bus_(&bus), server_(&server) {}
+
+  void tell() {
+    const auto time = bus_->now() - last_time_;
+    if (time < kBusReportInterval) return;
+    const auto now = bus_->statistics();
+    const auto seconds = std::chrono::duration<double>(time).count();
+    if (now.frames != last_.frames || now.error_frames != last_.error_frames) {
+      progress("{:.0f} frames/s, bus load {:.0f} %, {} error frames; {} clients",
+               static_cast<double>(now.frames - last_.frames) / seconds,
+               100.0 * static_cast<double>((now.busy - last_.busy).count()) / static_cast<double>(time.count()),
+               now.error_frames - last_.error_frames, server_->clients());
+    }
+    last_ = now;
+    last_time_ = bus_->now();
+  }
+
+ private:
+  const slaves::can::Bus* bus_;
+  const runtime::CanServer* server_;
+  slaves::can::BusStatistics last_;
+  nanoseconds last_time_{0};
+};
+
+}  // namespace
+
+Outcome<int> simulate_can(const SimulateCanOptions& options) {
+  rt::catch_stop_signals();
+  const auto entrances = entrances_of(options);
+  if (!entrances) return tl::unexpected(entrances.error());
+  const auto config = runtime::load_can_line_config(options.config);
+  if (!config) return tl::unexpected(config.error());
+  rt::MonotonicClock clock;
+  runtime::CanLine line(*config);
+  const auto server = runtime::CanServer::open(line, config->interface, *entrances, clock);
+  if (!server) return tl::unexpected(server.error());
+  for (const auto& place : (*server)->places()) progress("{}", place);
+  progress("{} slaves on {} at {} kbit/s; Ctrl-C ends the program", line.size(), config->interface,
+           config->bit_rate / 1000);
+  BusReporter reporter(line.bus(), **server);
+  while (!rt::stop_requested()) {
+    (*server)->turn(kStopInterval);
+    reporter.tell();
+  }
+  const auto& bus = line.bus().statistics();
+  const auto clients = (*server)->statistics();
+  print_out("{} frames, {} error frames; clients: {} sent, {} received, {} lost, {} refused\n", bus.frames,
+            bus.error_frames, clients.sent, clients.received, clients.dropped, clients.refused);
+  return 0;
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "driveline/runtime/devices/device_registry.hpp"
+#include "driveline/runtime/error.hpp"
+#include "driveline/slaves/can/wiring.hpp"
+
+namespace driveline::runtime {
+
+/// A [[slave]] of a CAN line.
+struct CanNodeConfig {
+  std::string name;                           ///< unique on the line
+  std::uint8_t node_id = 0;                   ///< 1 to 127
+  std::shared_ptr<const SlaveDevice> device;  ///< has a CAN connection; never null
+};
+
+/// A line description with [bus] type = "can".
+struct CanLineConfig {
+  std::string name = "line";           ///< for messages
+  std::string interface = "can0";      ///< the name by which clients of socketcand open the bus
+  std::uint32_t bit_rate = 1'000'000;  ///< of the clients' controllers, in bit/s; drives have their own (P 2006)
+  slaves::can::Wiring wiring;          ///< cable and terminators
+  std::uint64_t seed = 0;              ///< of what happens now and then on the bus
+  std::vector<CanNodeConfig> nodes;    ///< in the order along the cable
+};
+
+/// Whether a line description has [bus] type = "can". False for a file that cannot be read or parsed, which
+/// load_line_config() and load_can_line_config() explain.
+[[nodiscard]] bool describes_can_line(const std::filesystem::path& file);
+
+/// Reads the description of a CAN line. Errors (kFile): place and reason, as load_line_config() has them.
+[[nodiscard]] Result<CanLineConfig> load_can_line_config(const std::filesystem::path& file,
+                                                         const DeviceRegistry& devices = DeviceRegistry());
+/// Reads it from a text; `name` is for errors, and its folder is where files are looked for.
+[[nodiscard]] Result<CanLineConfig> parse_can_line_config(std::string_view text, const std::filesystem::path& name,
+                                                          const DeviceRegistry& devices = DeviceRegistry());
+
+}  // namespace driveline::runtime

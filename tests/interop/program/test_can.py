@@ -1,0 +1,179 @@
+"""A simulated CAN line and foreign programs on it: python-can by each of its doors."""
+import json
+import re
+import signal
+import socket
+import subprocess
+import sys
+import unittest
+
+from program import EXAMPLES, PATIENCE_S, ProgramTest, ROOT
+
+CAN8 = EXAMPLES / "can8.toml"
+MASTER = ROOT / "tests/interop/program/can_master.py"
+MSD, SERVOONE = 1, 7  # node-IDs in the example
+
+
+def python_with_can():
+    """An interpreter that has python-can; None: it is not installed."""
+    for interpreter in ("/usr/bin/python3", sys.executable):
+        if subprocess.run([interpreter, "-c", "import can, serial"], capture_output=True, check=False).returncode == 0:
+            return interpreter
+    return None
+
+
+PYTHON = python_with_can()
+
+
+class CanLine(ProgramTest):
+    def serve(self, *arguments, config=CAN8):
+        line = self.start("simulate", "--config", config, *arguments, log="line.log")
+        self.wait_for("the line is served", lambda: "Ctrl-C ends the program" in self.text("line.log"), line)
+        return line
+
+    def port_of(self, protocol):
+        return int(re.search(rf"{protocol} at 127\.0\.0\.1:(\d+)", self.text("line.log"))[1])
+
+    def master(self, settings, scenario, node=MSD):
+        result = subprocess.run([PYTHON, MASTER, json.dumps(settings), scenario, str(node)], capture_output=True, text=True,
+                                timeout=PATIENCE_S, check=False, stdin=subprocess.DEVNULL)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return json.loads(result.stdout)
+
+    def end_of(self, line):
+        line.send_signal(signal.SIGTERM)
+        self.assertEqual(line.wait(PATIENCE_S), 0, self.text("line.log"))
+        return self.text("line.log.out")
+
+
+@unittest.skipIf(PYTHON is None, "python3-can is not installed")
+class PythonCan(CanLine):
+    def doors(self):
+        """The settings of python-can for each door of one line."""
+        terminal = self.directory / "can0"
+        line = self.serve("--slcan", "127.0.0.1:0", "--socketcand", "127.0.0.1:0", "--pty", terminal)
+        slcan = {"interface": "slcan", "sleep_after_open": 0}
+        return line, {
+            "slcan": {**slcan, "channel": f"socket://127.0.0.1:{self.port_of('slcan')}"},
+            "pty": {**slcan, "channel": str(terminal)},
+            "socketcand": {"interface": "socketcand", "host": "127.0.0.1", "port": self.port_of("socketcand"),
+                           "channel": "can0"}}
+
+    def test_a_scan_by_each_door_finds_the_eight_drives(self):
+        line, doors = self.doors()
+        for door, settings in doors.items():
+            with self.subTest(door):
+                found = self.master(settings, "scan")
+                self.assertEqual(sorted(int(node) for node, code in found.items() if code), list(range(1, 9)))
+                self.assertEqual(len(set(found.values())), 3, "MSD, ServoOne, nobody")
+        self.assertRegex(self.end_of(line), r"^\d+ frames, 0 error frames; clients: \d+ sent, \d+ received, 0 lost, 0 refused")
+        self.assertFalse((self.directory / "can0").is_symlink(), "the terminal is taken away")
+
+    def test_services_of_a_device(self):
+        _, doors = self.doors()
+        for door in ("slcan", "pty"):
+            with self.subTest(door):
+                seen = self.master(doors[door], "services")
+                self.assertEqual((seen["name"], seen["name_back"]), (0, "the axis behind the door"))
+                self.assertEqual(seen["device_type"], "92010200")
+                self.assertEqual((seen["missing"], seen["read_only"], seen["too_long"]), (0x06020000, 0x06010002, 0x06070012))
+                self.assertEqual(sorted(seen["guarding"]), ["7f", "ff"])
+                self.assertEqual((seen["heartbeat_time"], seen["heartbeats"], seen["boot_up"]), (0, ["05", "05"], True))
+
+    def test_profile_moves_end_at_their_targets(self):
+        _, doors = self.doors()
+        for door, node in (("slcan", MSD), ("socketcand", SERVOONE)):
+            with self.subTest(door):
+                seen = self.master(doors[door], "profile", node)
+                self.assertEqual(set(seen["codes"]), {0}, seen)
+                self.assertTrue(seen["acknowledged"] and seen["reached"], seen)
+                self.assertLess(abs(seen["distance"] - 3 * 2**20 - 777), 200)
+
+    def test_interpolated_moves_end_at_their_last_position(self):
+        _, doors = self.doors()
+        for door, node in (("socketcand", MSD), ("slcan", SERVOONE)):
+            with self.subTest(door):
+                seen = self.master(doors[door], "interpolated", node)
+                self.assertEqual(set(seen["codes"]), {0}, seen)
+                self.assertTrue(seen["reached"], seen)
+                self.assertLess(abs(seen["distance"] - 2**20 - 333), 200)
+
+
+class BadInput(CanLine):
+    def refused(self, *arguments, status, says):
+        result = self.run_program("simulate", *arguments)
+        self.assertEqual(result.returncode, status, result.stderr)
+        self.assertIn(says, result.stderr)
+
+    def test_options(self):
+        self.refused("--config", CAN8, status=2, says="needs --slcan, --socketcand or --pty")
+        self.refused("--config", CAN8, "--iface", "lo", status=2, says="--iface is for lines of EtherCAT")
+        self.refused("--config", EXAMPLES / "line8.toml", "--slcan", "127.0.0.1:0", status=2, says="--slcan is for CAN lines")
+        for wrong in ("29550", "127.0.0.1", "127.0.0.1:", "127.0.0.1:99999", "localhost:29550", "127.0.0.1:12x"):
+            self.refused("--config", CAN8, "--slcan", wrong, status=2, says=f"--slcan {wrong}: an address and a port are expected")
+        taken = socket.socket()
+        self.addCleanup(taken.close)
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        place = f"127.0.0.1:{taken.getsockname()[1]}"
+        self.refused("--config", CAN8, "--socketcand", place, status=1, says=f"socketcand at {place}: cannot listen")
+        kept = self.write("kept", "of somebody")
+        self.refused("--config", CAN8, "--pty", kept, status=1, says="no link to the terminal can be made: File exists")
+        self.assertEqual(kept.read_text(encoding="utf-8"), "of somebody")
+
+    def test_line_descriptions(self):
+        head = '[bus]\ntype = "can"\n'
+        node = '[[slave]]\nname = "x"\nnode = 3\n'
+        for text, says in (
+                (head, "there is no [[slave]]"),
+                (head + node + node.replace("x", "y"), 'node: is 3, as that of "x"'),
+                (head + node.replace("3", "128"), "node"),
+                (head + node + 'model = "device"\n', "model"),
+                (head + node + "dc = {}\n", "dc"),
+                (head + 'bit_rate = 300000\n' + node, "bit_rate: is 300000, a rate whose bits are whole nanoseconds"),
+                (head + node + "[realtime]\ncpu = 1\n", "realtime")):
+            config = self.write("line.toml", text)
+            result = self.run_program("simulate", "--config", config, "--slcan", "127.0.0.1:0")
+            self.assertEqual(result.returncode, 2, (text, result.stderr))
+            self.assertRegex(result.stderr, r"line\.toml(:\d+)?: ")
+            self.assertIn(says, result.stderr)
+
+    def test_a_run_needs_a_line_of_ethercat(self):
+        result = self.run_program("run", "--config", CAN8)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn('type: is "can", a line of EtherCAT is expected here', result.stderr)
+
+    def test_clients_that_misbehave_do_not_disturb_the_others(self):
+        line = self.serve("--slcan", "127.0.0.1:0", "--socketcand", "127.0.0.1:0")
+        port = self.port_of("slcan")
+        clients = [socket.create_connection(("127.0.0.1", port), PATIENCE_S) for _ in range(8)]
+        late = socket.create_connection(("127.0.0.1", port), PATIENCE_S)
+        self.assertEqual(late.recv(16), b"", "all places are taken")
+        late.close()
+        clients[0].sendall(b"t" * (1 << 20))  # a line that never ends
+        clients[1].sendall(bytes(range(256)) * 64)
+        clients[2].sendall(b"O\r")
+        clients[2].close()  # without C
+        clients[3].sendall(b"O\r")
+        self.assertEqual(clients[3].recv(16), b"\r")
+        clients[3].sendall(b"t60184003200000000000\r")  # upload of 2003h
+        answer = b""
+        while answer.count(b"\r") < 2:
+            answer += clients[3].recv(64)
+        self.assertEqual(answer.split(b"\r")[0], b"z")
+        self.assertTrue(answer.split(b"\r")[1].startswith(b"t5818410320"), answer)
+        for client in clients:
+            client.close()
+        self.wait_for_place(port)
+        self.end_of(line)
+
+    def wait_for_place(self, port):
+        def answers():
+            with socket.create_connection(("127.0.0.1", port), PATIENCE_S) as client:
+                client.sendall(b"V\r")
+                return client.recv(16) == b"V1013\r"
+        self.wait_for("a place is free again", answers)
+
+
+if __name__ == "__main__":
+    unittest.main()
