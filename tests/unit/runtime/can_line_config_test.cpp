@@ -55,7 +55,8 @@ TEST(CanLineConfigTest, AllOfIt) {
 }
 
 TEST(CanLineConfigTest, WhatIsLeftOutHasItsDefault) {
-  const auto config = parse_can_line_config("[bus]\ntype = \"can\"\n[[slave]]\nname = \"x\"\nnode = 127\n", "cell.toml");
+  const auto config =
+      parse_can_line_config("[bus]\ntype = \"can\"\n[[slave]]\nname = \"x\"\nnode = 127\n", "cell.toml");
   ASSERT_TRUE(config) << describe(config.error());
   EXPECT_EQ(config->bit_rate, 1'000'000U);
   EXPECT_EQ(config->interface, "can0");
