@@ -208,7 +208,7 @@ def run(build, names, quick):
     jobs = str(os.cpu_count() or 1)
     say("building")
     call(["cmake", "--preset", "release"], stdout=subprocess.DEVNULL)
-    call(["cmake", "--build", build, "-j", jobs, "--target", "bench/all", "driveline"])
+    call(["cmake", "--build", build, "-j", jobs, "--target", "bench/all", "driveline", "driveline-endpoint"])
     changes = uncommitted()
     if changes:
         say(f"not committed: {', '.join(changes)}; the tables will note it")
