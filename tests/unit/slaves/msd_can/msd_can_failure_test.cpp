@@ -120,6 +120,24 @@ TEST_F(MsdCanFailure, HeartbeatBeginsAtOnceAndWithTheBootUp) {
   EXPECT_NEAR(std::chrono::duration<double>(heartbeats[1].time - heartbeats[0].time).count(), 0.040, 1e-5);
 }
 
+// MSD manual Figure 8.2: bit 7 is 0, the others are the state.
+TEST_F(MsdCanFailure, HeartbeatBytesAreThoseOfTheManual) {
+  ASSERT_EQ(rig.write(0x1017, 0, 6, 2), 0U);
+  const auto next = [&] {
+    rig.run(7ms);
+    return std::to_integer<unsigned>(rig.payloads(0x70C).back()[0]);
+  };
+  EXPECT_EQ(next(), 127U);
+  EXPECT_EQ(next(), 127U) << "no toggle bit";
+  rig.start();
+  EXPECT_EQ(next(), 5U);
+  EXPECT_EQ(next(), 5U);
+  rig.nmt(NmtCommand::kStop);
+  EXPECT_EQ(next(), 4U);
+  rig.nmt(NmtCommand::kResetCommunication);
+  EXPECT_EQ(std::to_integer<unsigned>(rig.payloads(0x70C).back()[0]), 0U);
+}
+
 TEST_F(MsdCanFailure, MissingGuardingIsAFault) {
   ASSERT_EQ(rig.write(0x100C, 0, 10, 2), 0U);
   ASSERT_EQ(rig.write(0x100D, 0, 3, 1), 0U);
