@@ -1,10 +1,10 @@
-// A stream of frames into a CANopen device, on a bus with a second node. Input: frames as two bytes of identifier, with
-// bit 15 for a remote frame and bit 14 for an extended one, a byte of length, the data, and a byte of time in 100 us.
+// A stream of frames into a CANopen device, on a bus with a second node. Input: see can_frames.hpp.
 
 #include <algorithm>
 #include <cstdlib>
 #include <string_view>
 
+#include "can_frames.hpp"
 #include "driveline/canopen_wire/nmt.hpp"
 #include "fuzz_target.hpp"
 #include "support/bytes.hpp"
@@ -28,19 +28,6 @@ bool known_state(canopen::NmtState state) {
          state == canopen::NmtState::kStopped;
 }
 
-/// The frame at the start of the input, which is shortened by it.
-Frame take_frame(std::span<const std::byte>& input) {
-  const auto word = bytes::load_le<std::uint16_t>(input);
-  const bool extended = (word & 0x4000U) != 0;
-  const auto length = static_cast<std::uint8_t>(std::to_integer<unsigned>(input[2]) % 9);
-  const canopen::Identifier identifier{word & 0x7FFU, extended};
-  input = input.subspan(3);
-  if ((word & 0x8000U) != 0) return Frame::remote(identifier, length);
-  const auto payload = input.first(std::min<std::size_t>(length, input.size()));
-  input = input.subspan(payload.size());
-  return Frame::of(identifier, payload);
-}
-
 /// After everything that has come a reset makes the device a good one again.
 void check_alive(Bus& bus, ScriptedNode& master) {
   master.send_at(bus.now(), canopen::NmtRequest{canopen::NmtCommand::kResetNode, 0}.frame());
@@ -52,15 +39,6 @@ void check_alive(Bus& bus, ScriptedNode& master) {
   const bool answered = std::any_of(master.received.begin(), master.received.end(),
                                     [&](const auto& seen) { return seen.frame == answer; });
   if (!answered) std::abort();
-}
-
-void append(Bytes& input, std::uint16_t word, std::string_view payload, unsigned time = 5) {
-  const auto data = bytes_test::hex(payload);
-  input.push_back(static_cast<std::byte>(word & 0xFFU));
-  input.push_back(static_cast<std::byte>(word >> 8));
-  input.push_back(static_cast<std::byte>(data.size()));
-  input.insert(input.end(), data.begin(), data.end());
-  input.push_back(static_cast<std::byte>(time));
 }
 
 }  // namespace
@@ -77,9 +55,7 @@ void test_one_input(std::span<const std::byte> input) {
   bus.advance(1ms);
   for (std::size_t i = 0; i < kMostFrames && input.size() >= 3; ++i) {
     master.send_at(bus.now(), take_frame(input));
-    const auto time = input.empty() ? 1 : std::to_integer<int>(input[0]);
-    if (!input.empty()) input = input.subspan(1);
-    bus.advance(bus.now() + time * 100us);
+    bus.advance(bus.now() + take_time(input));
     device.watch(bus.now());
     if (!known_state(device.state())) std::abort();
     master.received.clear();

@@ -11,6 +11,7 @@
 #include "driveline/esi/sii.hpp"
 #include "driveline/runtime/files/input_file.hpp"
 #include "driveline/runtime/files/output_file.hpp"
+#include "driveline/slaves/msd/can/can_table.hpp"
 #include "driveline/slaves/msd/core/firmware_image.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
 
@@ -79,6 +80,8 @@ std::vector<GeneratedFile> generated_files() {
     for (const auto byte : esi::encode_sii(esi::make_sii(device(facts.variant)))) image += static_cast<char>(byte);
     files.push_back({stem + ".sii", image});
     files.push_back({stem + ".eds", esi::write_eds(device(facts.variant), stem + ".eds")});
+    const std::string sheet = stem + "_can.eds";
+    files.push_back({sheet, esi::write_eds(slaves::msd::can_description(facts.variant), sheet)});
     files.push_back({stem + ".efw", next_firmware(facts)});
   }
   return files;

@@ -25,10 +25,10 @@ class DataSheets(ProgramTest):
         self.assertEqual(result.returncode, 0, result.stderr)
         return json.loads(result.stdout)
 
-    def generate(self):
-        """The sheet of the MSD without the parameters that have data at sub-index 0: the module takes it for the number of entries."""
+    def generate(self, name="moog_msd.eds"):
+        """A sheet of the MSD without the parameters that have data at sub-index 0: the module takes it for the number of entries."""
         self.assertEqual(self.run_program("esi", "generate", self.directory).returncode, 0)
-        first, *sections = (self.directory / "moog_msd.eds").read_text(encoding="utf-8").split("\n[")
+        first, *sections = (self.directory / name).read_text(encoding="utf-8").split("\n[")
         with_data = {section[:4] for section in sections if section[4:9] == "sub0]" and "DataType=0x0005\n" not in section}
         self.assertGreater(len(with_data), 3)
         kept = [section for section in sections if section[:4] not in with_data]
@@ -57,6 +57,19 @@ class DataSheets(ProgramTest):
         self.assertEqual(sheet["entries"]["607a:0"]["type"], 4)
         self.assertEqual(sheet["entries"]["6064:0"]["access"], "ro")
         self.assertTrue(sheet["entries"]["6064:0"]["mapping"])
+
+    def test_of_the_can_bus_counts_identifiers_from_the_node_id(self):
+        """The module gives the formula as it is."""
+        sheet = self.read(self.generate("moog_msd_can.eds"))
+        self.assertEqual(sheet["rates"], [20000, 50000, 125000, 250000, 500000, 1000000])
+        self.assertEqual(int(sheet["product"], 0), 0x4D534431)
+        for pdo in range(4):
+            self.assertEqual(sheet["entries"][f"{0x1400 + pdo:x}:1"]["value"], f"$NODEID+0x{0x200 + 0x100 * pdo:08X}")
+            self.assertEqual(sheet["entries"][f"{0x1800 + pdo:x}:1"]["value"], f"$NODEID+0x{0x180 + 0x100 * pdo:08X}")
+        self.assertEqual(sheet["entries"]["1014:0"]["value"], "$NODEID+0x00000080")
+        self.assertEqual(sheet["entries"]["1005:0"]["value"], "0x00000080")
+        self.assertEqual(sheet["entries"]["6040:0"]["access"], "rw")
+        self.assertNotIn("1c12:0", sheet["entries"])
 
     def test_of_the_module_are_read(self):
         """What it writes of the same sheet, we read: it loses entries behind gaps itself."""
