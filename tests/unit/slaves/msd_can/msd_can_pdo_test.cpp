@@ -86,7 +86,14 @@ TEST_F(MsdCanPdo, RxPdoIsAnsweredByTheTxPdoOfItsNumber) {
   rig.sync();
   rig.master.received.clear();
   fill(0x21);
-  EXPECT_EQ(rig.count(0x28C), 0U) << "a synchronous one waits for its event and SYNC";
+  rig.sync();
+  EXPECT_EQ(rig.count(0x28C), 0U) << "a synchronous one is sent for an event of its own";
+  ASSERT_EQ(rig.write(0x1801, 2, 255, 1), 0U);
+  ASSERT_EQ(rig.write(0x1401, 2, 1, 1), 0U);
+  rig.master.received.clear();
+  fill(0x21);
+  rig.sync();
+  EXPECT_EQ(rig.count(0x28C), 0U) << "a synchronous RxPDO is not answered";
 }
 
 TEST_F(MsdCanPdo, SynchronousTxPdoIsSentEveryNthSync) {
