@@ -61,10 +61,10 @@ constexpr std::array kConsumerRows = {
 void add_event_masks(std::vector<EntryRow>& rows) {
   constexpr std::array<std::string_view, 8> kNames{"EvMsk_TxPdo1L", "EvMsk_TxPdo1H", "EvMsk_TxPdo2L", "EvMsk_TxPdo2H",
                                                    "EvMsk_TxPdo3L", "EvMsk_TxPdo3H", "EvMsk_TxPdo4L", "EvMsk_TxPdo4H"};
-  for (std::uint8_t i = 0; i < kNames.size(); ++i) {
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
     const std::string_view name = i == 0 ? "COM_301_EvMask" : kNames[i];
-    rows.push_back(
-        element(p(2007), i, kStored, kCanValue.event_masks[i], name, {kEveryBit}, {}, "MSD manual Table 8.4"));
+    rows.push_back(element(p(2007), static_cast<std::uint8_t>(i), kStored, kCanValue.event_masks[i], name, {kEveryBit},
+                           {}, "MSD manual Table 8.4"));
   }
 }
 
