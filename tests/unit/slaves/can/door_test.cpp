@@ -54,6 +54,12 @@ TEST_F(SlcanDoorTest, AClosedChannelIsNotOnTheBus) {
   EXPECT_TRUE(node.sent.empty()) << "nobody acknowledges";
   EXPECT_EQ(door.output(), "");
   EXPECT_EQ(door.statistics().refused, 1U);
+  EXPECT_EQ(say(door, "O\r"), "\rt345111\r") << "the frame was still waiting";
+  EXPECT_EQ(say(door, "C\r"), "\r");
+  node.send_at(bus.now() + 1us, Frame::of(0x346, hex("22")));
+  bus.advance(bus.now() + 1ms);
+  EXPECT_EQ(node.sent.size(), 1U);
+  EXPECT_EQ(door.output(), "");
 }
 
 TEST_F(SlcanDoorTest, FramesInBothDirections) {
