@@ -84,10 +84,10 @@ TEST_F(MsdCanMotion, ProfileVelocityByPdo) {
   rig.enable();
   rig.send(setpoint(4 * kTurn));
   rig.run(300ms);
-  EXPECT_NEAR(static_cast<std::int32_t>(rig.read(0x606C)), 4 * kTurn, kTurn / 50);
+  EXPECT_NEAR(static_cast<std::int32_t>(rig.read(0x606C)), 4 * kTurn, kTurn / 50.0);
   rig.send(setpoint(-2 * kTurn));
   rig.run(300ms);
-  EXPECT_NEAR(static_cast<std::int32_t>(rig.read(0x606C)), -2 * kTurn, kTurn / 50);
+  EXPECT_NEAR(static_cast<std::int32_t>(rig.read(0x606C)), -2 * kTurn, kTurn / 50.0);
 }
 
 TEST_F(MsdCanMotion, HomingByPdo) {
@@ -163,12 +163,9 @@ TEST_F(MsdCanInterpolation, FollowsAPathOfSyncs) {
   EXPECT_EQ(rig.drive.core().fault(), std::nullopt);
   EXPECT_THAT(rig.emergencies(), IsEmpty());
   // One TxPDO per SYNC, behind it.
-  EXPECT_EQ(
-      rig.count(0x18C), rig.master.sent.size() == 0 ? 0U : [&] {
-        std::size_t syncs = 0;
-        for (const auto& one : rig.master.sent) syncs += one.frame.identifier.value == 0x80 ? 1U : 0U;
-        return syncs;
-      }());
+  const auto is_sync = [](const auto& one) { return one.frame.identifier.value == 0x80; };
+  const auto syncs = std::count_if(rig.master.sent.begin(), rig.master.sent.end(), is_sync);
+  EXPECT_EQ(rig.count(0x18C), static_cast<std::size_t>(syncs));
 }
 
 // A control word between two setpoints is no setpoint: speed stays as it is.
