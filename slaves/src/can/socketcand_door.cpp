@@ -78,7 +78,7 @@ void SocketcandDoor::fail(std::string_view reason) {
 void SocketcandDoor::receive(const Frame& frame, nanoseconds now) {
   if (mode_ != Mode::kRaw) return;
   const auto time = std::chrono::duration_cast<std::chrono::microseconds>(epoch_ + now);
-  pass_on(canopen::socketcand::element_of(frame, time).view());
+  pass_on(canopen::socketcand::element_of(frame, static_cast<std::uint64_t>(time.count())).view());
 }
 
 }  // namespace driveline::slaves::can

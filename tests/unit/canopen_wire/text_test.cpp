@@ -13,7 +13,6 @@ namespace {
 
 using bytes_test::copy_of;
 using bytes_test::hex;
-using std::chrono::microseconds;
 
 const Frame kBase = Frame::of(0x100, hex("11 33"));
 const Frame kExtended = Frame::of(Identifier{0x1AAA'AAAA, true}, hex("01 F1"));
@@ -44,10 +43,9 @@ TEST(CanText, FramesInEveryFormat) {
   for (const auto& row : kTextRows) {
     EXPECT_EQ(slcan::line_of(row.frame).view(), row.slcan + '\r');
     EXPECT_EQ(slcan::line_of(row.frame, std::uint16_t{0xA05F}).view(), row.slcan + "A05F\r");
-    EXPECT_EQ(socketcand::element_of(row.frame, microseconds{23'424'242}).view(), row.element);
+    EXPECT_EQ(socketcand::element_of(row.frame, 23'424'242).view(), row.element);
     EXPECT_EQ(socketcand::command_of(row.frame).view(), row.command);
-    EXPECT_EQ(candump::line_of(row.frame, "can3", microseconds{1'436'509'052'000'213}).view(),
-              "(1436509052.000213) can3 " + row.log);
+    EXPECT_EQ(candump::line_of(row.frame, "can3", 1'436'509'052'000'213).view(), "(1436509052.000213) can3 " + row.log);
   }
 }
 
@@ -77,8 +75,8 @@ TEST(CanText, SpellingsOfOtherPrograms) {
 TEST(CanText, AnErrorFrameIsOnlyWhereTheFormatHasIt) {
   EXPECT_TRUE(slcan::line_of(kErrorFrame).view().empty());
   EXPECT_TRUE(socketcand::command_of(kErrorFrame).view().empty());
-  EXPECT_EQ(socketcand::element_of(kErrorFrame, microseconds{7}).view(), "< error 00000080 >");
-  EXPECT_EQ(candump::line_of(kErrorFrame, "can3", microseconds{70'000'001}).view(),
+  EXPECT_EQ(socketcand::element_of(kErrorFrame, 7).view(), "< error 00000080 >");
+  EXPECT_EQ(candump::line_of(kErrorFrame, "can3", 70'000'001).view(),
             "(0000000070.000001) can3 20000080#0000000000000000");
 }
 

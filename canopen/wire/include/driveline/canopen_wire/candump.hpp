@@ -1,7 +1,5 @@
 #pragma once
 
-#include <chrono>
-
 #include "driveline/canopen_wire/frame_text.hpp"
 
 namespace driveline::canopen {
@@ -13,14 +11,16 @@ namespace candump {
 /// A line without its end; names of interfaces have up to 15 characters.
 using Line = Text<72>;
 
-/// The line of a frame that was on `interface` at this time since 1970. Error frames are those of linux/can/error.h
+/// The line of a frame that was on `interface` `microseconds` after 1970. Error frames are those of linux/can/error.h
 /// with CAN_ERR_BUSERROR. \rtsafe
 [[nodiscard]] constexpr Line line_of(const Frame& frame, std::string_view interface,
-                                     std::chrono::microseconds time) noexcept {
+                                     std::uint64_t microseconds) noexcept {
   constexpr std::uint64_t kMicrosecondsPerSecond = 1'000'000;
   Line line;
-  const auto count = static_cast<std::uint64_t>(time.count());
-  line.add('(').add_decimal(count / kMicrosecondsPerSecond, 10).add('.').add_decimal(count % kMicrosecondsPerSecond, 6);
+  line.add('(')
+      .add_decimal(microseconds / kMicrosecondsPerSecond, 10)
+      .add('.')
+      .add_decimal(microseconds % kMicrosecondsPerSecond, 6);
   line.add(") ").add(interface.substr(0, 15)).add(' ');
   if (frame.kind == FrameKind::kError) return line.add("20000080#0000000000000000");
   add_identifier(line, frame.identifier);

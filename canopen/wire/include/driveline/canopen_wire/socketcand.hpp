@@ -1,7 +1,5 @@
 #pragma once
 
-#include <chrono>
-
 #include "driveline/canopen_wire/frame_text.hpp"
 
 namespace driveline::canopen {
@@ -13,10 +11,10 @@ namespace socketcand {
 /// An element; the longest one is a frame with an extended identifier, eight bytes and a time stamp.
 using Element = Text<72>;
 
-/// What a server tells of a frame at this time since its epoch: "< frame 123 23.424242 11223344 >", "< rtr 123
+/// What a server tells of a frame, `microseconds` after its epoch: "< frame 123 23.424242 11223344 >", "< rtr 123
 /// 23.424242 4 >" for a remote frame, "< error ... >" for an error frame. Data are without blanks, as the daemon writes
 /// them. \rtsafe
-[[nodiscard]] constexpr Element element_of(const Frame& frame, std::chrono::microseconds time) noexcept {
+[[nodiscard]] constexpr Element element_of(const Frame& frame, std::uint64_t microseconds) noexcept {
   constexpr std::uint64_t kMicrosecondsPerSecond = 1'000'000;
   Element element;
   if (frame.kind == FrameKind::kError)
@@ -25,9 +23,8 @@ using Element = Text<72>;
   const bool remote = frame.kind == FrameKind::kRemote;
   element.add(remote ? "< rtr " : "< frame ");
   add_identifier(element, frame.identifier);
-  const auto count = static_cast<std::uint64_t>(time.count());
-  element.add(' ').add_decimal(count / kMicrosecondsPerSecond).add('.');
-  element.add_decimal(count % kMicrosecondsPerSecond, 6).add(' ');
+  element.add(' ').add_decimal(microseconds / kMicrosecondsPerSecond).add('.');
+  element.add_decimal(microseconds % kMicrosecondsPerSecond, 6).add(' ');
   if (remote) element.add_hex(frame.length, 1);
   add_bytes(element, frame.payload());
   return element.add(" >");

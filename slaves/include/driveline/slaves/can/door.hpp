@@ -52,6 +52,7 @@ class Door : public Node {
   [[nodiscard]] nanoseconds next_wake() const noexcept override { return kNever; }
 
  protected:
+  /// Returns the controller of the client. \rtsafe
   [[nodiscard]] Controller& controller() const noexcept { return *controller_; }
   /// Sends a frame of the client; false, and counted: the controller does not take it.
   bool send(const Frame& frame) noexcept;
@@ -64,6 +65,7 @@ class Door : public Node {
   void refuse() noexcept { ++statistics_.refused; }
   /// Whether frames were dropped since the last call.
   [[nodiscard]] bool take_overrun() noexcept;
+  /// Asks for the end of the connection, see closing(). \rtsafe
   void close() noexcept { closing_ = true; }
   /// Returns to the state of a new connection; what greets the client is answer()ed here.
   virtual void restart() = 0;
