@@ -43,7 +43,8 @@ constexpr std::array kCommands = {
             prepare_plan},
     Command{"simulate", "", kLine, "Serve the simulated line on a network interface to any master",
             "simulate --config examples/line8-nic.toml --iface dl-line\n"
-            "simulate --config examples/line8-nic.toml --iface dl-line --control line.socket",
+            "simulate --config examples/line8-nic.toml --iface dl-line --control line.socket\n"
+            "simulate --config examples/can8.toml --slcan 127.0.0.1:29550 --socketcand 127.0.0.1:29536",
             prepare_simulate},
     Command{"fault", "", kLine, "Start, end or list faults of the line that `simulate` or `run` simulates",
             "fault help\n"

@@ -219,7 +219,7 @@ TEST_F(SocketcandDoorTest, AClientOfAnotherBusIsSentAway) {
 /// Whatever clients send, the bus goes on and a new client gets its answers.
 TEST_F(DoorTest, AnyBytesLeaveABusThatWorks) {
   std::mt19937 random(20261130);
-  const std::string_view kLetters = "tTrRSsOLCFVNZXP0123456789ABCDEF\r\a\n<> opensdrawmodcan0\x80";
+  const std::string_view letters = "tTrRSsOLCFVNZXP0123456789ABCDEF\r\a\n<> opensdrawmodcan0\x80";
   for (int round = 0; round < 20; ++round) {
     SlcanDoor serial;
     SocketcandDoor daemon{"can0"};
@@ -229,7 +229,7 @@ TEST_F(DoorTest, AnyBytesLeaveABusThatWorks) {
     serial.open();
     daemon.open();
     for (int i = 0; i < 2000; ++i) {
-      const char letter = kLetters[random() % kLetters.size()];
+      const char letter = letters[random() % letters.size()];
       serial.input({&letter, 1}, line.now());
       daemon.input({&letter, 1}, line.now());
       line.advance(line.now() + 100us);
