@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(
             "stream, telemetry, virtual_axis, wiring"},
         WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
                   ":5: [bus] iface: unknown key, expected one of: acyclic_bytes, esi, interface, interface2, "
-                  "launch_ahead_us, max_lost_cycles, max_lost_ms, port"},
+                  "launch_ahead_us, max_lost_cycles, max_lost_ms, port, type"},
         WrongFile{one_slave("[bus]\nport = \"dpdk\"\n"),
                   ":5: [bus] port: is \"dpdk\", one of \"auto\", \"raw\", \"xdp\" is expected"},
         WrongFile{
