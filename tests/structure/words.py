@@ -122,12 +122,18 @@ def running_tests(root):
     return running
 
 
+# Pages that list the facts of a manual.
+CHECKLISTS = ("docs/msd.md", "docs/servoone.md")
+
+
 def checklist_errors(root):
-    """docs/msd.md: a proven row names tests that run, an open one says why."""
-    page = "docs/msd.md"
-    if not (root / page).is_file():
-        return []
-    running = running_tests(root)
+    """A proven row of a checklist names tests that run, an open one says why."""
+    pages = [page for page in CHECKLISTS if (root / page).is_file()]
+    running = running_tests(root) if pages else set()
+    return [error for page in pages for error in page_errors(root, page, running)]
+
+
+def page_errors(root, page, running):
     errors = []
     for number, line in enumerate((root / page).read_text(encoding="utf-8").splitlines(), 1):
         cells = [cell.strip() for cell in line.strip().strip("|").split("|")]

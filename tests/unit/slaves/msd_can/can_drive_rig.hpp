@@ -144,11 +144,37 @@ class CanDriveRig {
   }
 };
 
+/// Tests that hold for each drive of the family. A suite is instantiated with kEachDrive and drive_name().
+class EachCanDrive : public ::testing::TestWithParam<Variant> {
+ protected:
+  /// Parameters of the drive under test.
+  [[nodiscard]] static MsdParameters parameters() {
+    MsdParameters out;
+    out.variant = GetParam();
+    return out;
+  }
+};
+
+inline const auto kEachDrive = ::testing::Values(Variant::kMsd, Variant::kServoOne, Variant::kServoOneJunior);
+
+/// Name of a drive in the names of tests.
+inline std::string drive_name(const ::testing::TestParamInfo<Variant>& drive) {
+  switch (drive.param) {
+    case Variant::kMsd:
+      return "Msd";
+    case Variant::kServoOne:
+      return "ServoOne";
+    case Variant::kServoOneJunior:
+      return "ServoOneJunior";
+  }
+  return "unknown";
+}
+
 /// A drive with node-ID 12 that is in Pre-operational when the test begins.
-class MsdCan : public ::testing::Test {
+class MsdCan : public EachCanDrive {
  protected:
   MsdCan() { rig.run(5ms); }
-  CanDriveRig rig;
+  CanDriveRig rig{parameters()};
 };
 
 }  // namespace driveline::slaves::msd

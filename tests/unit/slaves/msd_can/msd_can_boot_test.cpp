@@ -15,6 +15,10 @@ constexpr std::uint16_t kActiveAddress = 0x280A;
 constexpr std::uint16_t kActiveBitRate = 0x280B;
 constexpr std::uint16_t kNetworkState = 0x280C;
 
+class MsdCanAddress : public EachCanDrive {};
+class MsdCanSupply : public EachCanDrive {};
+class MsdCanParameters : public EachCanDrive {};
+
 // MSD manual Tables 4.4 and 4.5.
 TEST(MsdCanSwitch, WeighsOneToSixtyFourAndTheLastOneIsTheResistor) {
   for (unsigned n = 0; n < 7; ++n) {
@@ -32,8 +36,8 @@ TEST(MsdCanSwitch, WeighsOneToSixtyFourAndTheLastOneIsTheResistor) {
   EXPECT_TRUE(DipSwitch{0x80}.terminates(Series::kSingleMultiAxis));
 }
 
-TEST(MsdCanAddress, IsThatOfTheSwitchWithoutParameter) {
-  CanDriveRig rig({}, {DipSwitch{0b11}, {}, 500us}, 3);
+TEST_P(MsdCanAddress, IsThatOfTheSwitchWithoutParameter) {
+  CanDriveRig rig(parameters(), {DipSwitch{0b11}, {}, 500us}, 3);
   rig.run(5ms);
   EXPECT_THAT(rig.payloads(0x703), ElementsAre(hex("00"))) << "one boot-up message, with the address";
   EXPECT_EQ(rig.read(kActiveAddress), 3U);
@@ -43,8 +47,8 @@ TEST(MsdCanAddress, IsThatOfTheSwitchWithoutParameter) {
 }
 
 // P 2005 = 30, switches 1 and 2: 33; effective with reset node, not before.
-TEST(MsdCanAddress, IsTheSumFromResetNodeOn) {
-  CanDriveRig rig({}, {DipSwitch{0b11}, {}, 500us}, 3);
+TEST_P(MsdCanAddress, IsTheSumFromResetNodeOn) {
+  CanDriveRig rig(parameters(), {DipSwitch{0b11}, {}, 500us}, 3);
   rig.run(5ms);
   ASSERT_EQ(rig.write(kAddress, 0, 30, 1), 0U);
   ASSERT_EQ(rig.save(), 0U);
@@ -67,9 +71,9 @@ TEST(MsdCanAddress, IsTheSumFromResetNodeOn) {
 }
 
 // Ours: without a node-ID the drive is not on the bus.
-TEST(MsdCanAddress, ThatIsNoNodeIdKeepsTheDriveOffTheBus) {
+TEST_P(MsdCanAddress, ThatIsNoNodeIdKeepsTheDriveOffTheBus) {
   for (const std::uint8_t address : {std::uint8_t{0}, std::uint8_t{100}}) {
-    CanDriveRig rig({}, {DipSwitch{static_cast<std::uint8_t>(address == 0 ? 0 : 50)}, {}, 500us}, 50);
+    CanDriveRig rig(parameters(), {DipSwitch{static_cast<std::uint8_t>(address == 0 ? 0 : 50)}, {}, 500us}, 50);
     rig.run(5ms);
     if (address != 0) {
       ASSERT_EQ(rig.write(kAddress, 0, address, 1), 0U);
@@ -86,7 +90,7 @@ TEST(MsdCanAddress, ThatIsNoNodeIdKeepsTheDriveOffTheBus) {
 }
 
 // P 2006 counts after a restart of the drive, not after reset node.
-TEST_F(MsdCan, BitRateCountsAfterARestart) {
+TEST_P(MsdCan, BitRateCountsAfterARestart) {
   ASSERT_EQ(rig.write(kBitRate, 0, 250, 2), 0U);
   ASSERT_EQ(rig.save(), 0U);
   EXPECT_EQ(rig.read(kActiveBitRate), 1000U);
@@ -106,29 +110,32 @@ TEST_F(MsdCan, BitRateCountsAfterARestart) {
 }
 
 // MSD manual 7.5.4: a factory reset resets address and bit rate, too, and takes ten seconds, in which nothing is said.
-TEST_F(MsdCan, FactoryResetTakesAddressAndBitRateAndTenSeconds) {
-  ASSERT_EQ(rig.write(kAddress, 0, 7, 1), 0U);
-  ASSERT_EQ(rig.write(kBitRate, 0, 500, 2), 0U);
-  ASSERT_EQ(rig.write(0x1800, 2, 4, 1), 0U);
-  ASSERT_EQ(rig.save(), 0U);
-  ASSERT_EQ(rig.write(0x200B, 3, 1, 1), 0U);
-  ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
-  rig.run(2ms);
-  EXPECT_EQ(rig.read(0x200B, 1), 0U) << "saved";
-  rig.master.received.clear();
-  rig.nmt(NmtCommand::kResetNode);
-  rig.run(9900ms);
-  EXPECT_THAT(rig.master.received, IsEmpty());
-  EXPECT_EQ(rig.value(kNetworkState), 0U);
-  rig.run(200ms);
-  EXPECT_EQ(rig.count(0x70C), 1U);
-  EXPECT_EQ(rig.read(kAddress), 0U);
-  EXPECT_EQ(rig.read(kBitRate), 1000U);
-  EXPECT_EQ(rig.read(0x1800, 2), 255U);
+// 1011h does the same as 200Bh:3 (MSD manual 7.5.2).
+TEST_P(MsdCan, FactoryResetTakesAddressAndBitRateAndTenSeconds) {
+  for (const bool by_1011h : {false, true}) {
+    ASSERT_EQ(rig.write(kAddress, 0, 7, 1), 0U);
+    ASSERT_EQ(rig.write(kBitRate, 0, 500, 2), 0U);
+    ASSERT_EQ(rig.write(0x1800, 2, 4, 1), 0U);
+    ASSERT_EQ(rig.save(), 0U);
+    ASSERT_EQ(by_1011h ? rig.write(0x1011, 1, 0x64616F6C, 4) : rig.write(0x200B, 3, 1, 1), 0U);
+    ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
+    rig.run(2ms);
+    EXPECT_EQ(rig.read(0x200B, 1), 0U) << "saved";
+    rig.master.received.clear();
+    rig.nmt(NmtCommand::kResetNode);
+    rig.run(9900ms);
+    EXPECT_THAT(rig.master.received, IsEmpty());
+    EXPECT_EQ(rig.value(kNetworkState), 0U);
+    rig.run(200ms);
+    EXPECT_EQ(rig.count(0x70C), 1U);
+    EXPECT_EQ(rig.read(kAddress), 0U);
+    EXPECT_EQ(rig.read(kBitRate), 1000U);
+    EXPECT_EQ(rig.read(0x1800, 2), 255U);
+  }
 }
 
 // NMT is processed in the next millisecond (MSD manual 8.1.1).
-TEST_F(MsdCan, NmtIsObeyedInTheNextMillisecond) {
+TEST_P(MsdCan, NmtIsObeyedInTheNextMillisecond) {
   rig.bus.advance((rig.bus.now() / 1ms + 1) * 1ms);
   rig.send(canopen::NmtRequest{NmtCommand::kStart, 12}.frame(), 999us);
   EXPECT_EQ(rig.drive.device().state(), NmtState::kPreOperational);
@@ -137,7 +144,7 @@ TEST_F(MsdCan, NmtIsObeyedInTheNextMillisecond) {
 }
 
 // MSD manual Table 6.5.
-TEST_F(MsdCan, NetworkStateIsShown) {
+TEST_P(MsdCan, NetworkStateIsShown) {
   EXPECT_EQ(rig.value(kNetworkState), 127U);
   rig.start();
   EXPECT_EQ(rig.value(kNetworkState), 5U);
@@ -175,7 +182,7 @@ TEST(MsdCanLeds, H14HasTheCyclesOfTheManual) {
   for (int i = 0; i < 200; ++i) EXPECT_TRUE(network_led_h14(NmtState::kOperational, i * 10ms));
 }
 
-TEST_F(MsdCan, H14FollowsTheStateOfTheDevice) {
+TEST_P(MsdCan, H14FollowsTheStateOfTheDevice) {
   EXPECT_TRUE(rig.drive.led_h14(1600ms));
   EXPECT_FALSE(rig.drive.led_h14(2400ms));
   rig.start();
@@ -183,7 +190,7 @@ TEST_F(MsdCan, H14FollowsTheStateOfTheDevice) {
 }
 
 // MSD manual 4.5, 6.5.2: without 24 V at X32 the drive is not on the bus, and H15 is dark.
-TEST_F(MsdCan, WithoutSupplyTheDriveIsNotThere) {
+TEST_P(MsdCan, WithoutSupplyTheDriveIsNotThere) {
   EXPECT_TRUE(rig.drive.led_h15());
   rig.drive.set_bus_supply(false);
   EXPECT_FALSE(rig.drive.led_h15());
@@ -196,8 +203,8 @@ TEST_F(MsdCan, WithoutSupplyTheDriveIsNotThere) {
   EXPECT_EQ(rig.read(0x1000), 0x0002'0192U);
 }
 
-TEST(MsdCanSupply, MissingAtTheStartMeansNoBootUp) {
-  CanDriveRig rig;
+TEST_P(MsdCanSupply, MissingAtTheStartMeansNoBootUp) {
+  CanDriveRig rig(parameters());
   rig.drive.set_bus_supply(false);
   rig.run(20ms);
   EXPECT_THAT(rig.master.received, IsEmpty());
@@ -213,12 +220,12 @@ std::string content(const std::string& path) {
 }
 
 // MSD manual 4.4: the same set of parameters for drives with P 2005 = 30 and different switches.
-TEST(MsdCanParameters, OneFileServesDrivesWithDifferentSwitches) {
+TEST_P(MsdCanParameters, OneFileServesDrivesWithDifferentSwitches) {
   const test::TemporaryFolder folder;
-  MsdParameters parameters;
-  parameters.parameter_file = (folder.path / "drives.txt").string();
+  MsdParameters shared = parameters();
+  shared.parameter_file = (folder.path / "drives.txt").string();
   {
-    CanDriveRig rig(parameters);
+    CanDriveRig rig(shared);
     rig.run(5ms);
     ASSERT_EQ(rig.write(kAddress, 0, 30, 1), 0U);
     ASSERT_EQ(rig.write(0x27D7, 3, 0x0000'FF00, 4), 0U);
@@ -230,11 +237,11 @@ TEST(MsdCanParameters, OneFileServesDrivesWithDifferentSwitches) {
     ASSERT_EQ(rig.save(), 0U);
     EXPECT_EQ(rig.read(0x1801, 1), 0x28CU) << "to save changes nothing";
   }
-  const std::string file = content(parameters.parameter_file);
+  const std::string file = content(shared.parameter_file);
   EXPECT_NE(file.find("1801:01 = 640 "), std::string::npos) << "280h without node-ID: " << file;
   for (const std::uint8_t place : {std::uint8_t{1}, std::uint8_t{15}}) {
     const auto node = static_cast<std::uint8_t>(30 + place);
-    CanDriveRig rig(parameters, {DipSwitch{place}, {}, 500us}, node);
+    CanDriveRig rig(shared, {DipSwitch{place}, {}, 500us}, node);
     rig.run(5ms);
     EXPECT_EQ(rig.read(kActiveAddress), node);
     EXPECT_EQ(rig.read(0x1801, 1), 0x280U + node);
@@ -247,27 +254,29 @@ TEST(MsdCanParameters, OneFileServesDrivesWithDifferentSwitches) {
     EXPECT_EQ(rig.read(0x1006), 2000U);
     EXPECT_EQ(rig.read(0x1017), 25U);
   }
-  EXPECT_EQ(content(parameters.parameter_file), file) << "to start writes nothing";
+  EXPECT_EQ(content(shared.parameter_file), file) << "to start writes nothing";
 }
 
 // Reset communication restores 1000h to 1FFFh only; reset node everything.
-TEST_F(MsdCan, ResetCommunicationKeepsTheDrive) {
+TEST_P(MsdCan, ResetCommunicationKeepsTheDrive) {
   ASSERT_EQ(rig.write(0x1006, 0, 4000, 4), 0U);
   ASSERT_EQ(rig.write(0x1801, 2, 7, 1), 0U);
   ASSERT_EQ(rig.write(0x6081, 0, 12345, 4), 0U);
+  const std::uint32_t size_of_version = rig.read(0x100A);
+  ASSERT_GT(size_of_version, 4U);
   rig.nmt(NmtCommand::kResetCommunication);
   EXPECT_EQ(rig.read(0x1006), 1000U);
   EXPECT_EQ(rig.read(0x1801, 2), 255U);
   EXPECT_EQ(rig.read(0x1801, 1), 0x28CU);
   EXPECT_EQ(rig.read(0x6081), 12345U);
-  EXPECT_EQ(rig.read(0x100A) & 0xFFU, 9U) << "texts are those of this drive";
+  EXPECT_EQ(rig.read(0x100A), size_of_version) << "texts are those of this drive";
   rig.nmt(NmtCommand::kResetNode);
   rig.run(5ms);
   EXPECT_NE(rig.read(0x6081), 12345U);
 }
 
 // What was written in the modes is not saved: 6060h (MSD manual 7.5.3).
-TEST_F(MsdCan, SavedParametersSurviveResetNodeTheModeDoesNot) {
+TEST_P(MsdCan, SavedParametersSurviveResetNodeTheModeDoesNot) {
   ASSERT_EQ(rig.write(0x6060, 0, 7, 1), 0U);
   ASSERT_EQ(rig.write(0x6081, 0, 12345, 4), 0U);
   ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
@@ -277,6 +286,11 @@ TEST_F(MsdCan, SavedParametersSurviveResetNodeTheModeDoesNot) {
   EXPECT_EQ(rig.read(0x6081), 12345U);
   EXPECT_EQ(rig.read(0x6060), 0U);
 }
+
+INSTANTIATE_TEST_SUITE_P(Drives, MsdCan, kEachDrive, drive_name);
+INSTANTIATE_TEST_SUITE_P(Drives, MsdCanAddress, kEachDrive, drive_name);
+INSTANTIATE_TEST_SUITE_P(Drives, MsdCanSupply, kEachDrive, drive_name);
+INSTANTIATE_TEST_SUITE_P(Drives, MsdCanParameters, kEachDrive, drive_name);
 
 }  // namespace
 }  // namespace driveline::slaves::msd

@@ -21,11 +21,13 @@ class MsdCanFailure : public MsdCan {
   [[nodiscard]] std::optional<Fault> fault() const { return rig.drive.core().fault(); }
 };
 
+class MsdCanEmergency : public EachCanDrive {};
+
 // Code, register, number, location, and the operating hours in bytes 5 to 7 (MSD manual 13.1).
-TEST(MsdCanEmergency, HasNumberLocationAndHours) {
-  MsdParameters parameters;
-  parameters.operating_hours = std::chrono::hours{0x0B1C2D};
-  CanDriveRig rig(parameters);
+TEST_P(MsdCanEmergency, HasNumberLocationAndHours) {
+  MsdParameters old = parameters();
+  old.operating_hours = std::chrono::hours{0x0B1C2D};
+  CanDriveRig rig(old);
   rig.run(5ms);
   rig.drive.core().set_cause(Fault::kOvercurrent, true);
   rig.run(5ms);
@@ -44,7 +46,7 @@ TEST(MsdCanEmergency, HasNumberLocationAndHours) {
   EXPECT_EQ(rig.read(0x1003, 0), 1U) << "the history stays";
 }
 
-TEST_F(MsdCanFailure, ResetNodeForgetsTheFault) {
+TEST_P(MsdCanFailure, ResetNodeForgetsTheFault) {
   rig.drive.core().raise(Fault::kEncoder);
   rig.run(2ms);
   ASSERT_EQ(rig.read(0x1001), 0x21U);
@@ -59,17 +61,20 @@ TEST_F(MsdCanFailure, ResetNodeForgetsTheFault) {
 }
 
 // A fault that is there at the start is told behind the boot-up message.
-TEST(MsdCanEmergency, OfTheStartFollowsTheBootUp) {
-  MsdParameters parameters;
-  parameters.parameter_file = "/dev/null/none";
-  CanDriveRig rig(parameters);
+TEST_P(MsdCanEmergency, OfTheStartFollowsTheBootUp) {
+  MsdParameters unreadable = parameters();
+  unreadable.parameter_file = "/dev/null/none";
+  CanDriveRig rig(unreadable);
   rig.run(10ms);
   ASSERT_EQ(rig.master.received.size(), 2U);
   EXPECT_EQ(rig.master.received[0].frame.identifier.value, 0x70CU);
   EXPECT_THAT(rig.emergencies(), ElementsAre(hex("20 63 21 02 05 00 00 00")));
 }
 
-TEST_F(MsdCanFailure, MissingHeartbeatIsAFaultUntilItIsBack) {
+// The ServoOne has no heartbeat consumer.
+class MsdCanHeartbeat : public MsdCanFailure {};
+
+TEST_P(MsdCanHeartbeat, MissingHeartbeatIsAFaultUntilItIsBack) {
   ASSERT_EQ(rig.write(0x1016, 1, 0x0005'0014, 4), 0U);  // node 5, 20 ms
   switch_on();
   rig.run(100ms);
@@ -92,7 +97,7 @@ TEST_F(MsdCanFailure, MissingHeartbeatIsAFaultUntilItIsBack) {
 }
 
 // The drive produces and consumes heartbeats at the same time.
-TEST_F(MsdCanFailure, ProducesAndConsumesHeartbeats) {
+TEST_P(MsdCanHeartbeat, ProducesAndConsumesHeartbeats) {
   ASSERT_EQ(rig.write(0x1016, 1, 0x0005'0014, 4), 0U);
   ASSERT_EQ(rig.write(0x1017, 0, 10, 2), 0U);
   rig.start();
@@ -104,7 +109,7 @@ TEST_F(MsdCanFailure, ProducesAndConsumesHeartbeats) {
 }
 
 // 1017h: off from the factory, at once when written; from the boot-up message on when it is stored.
-TEST_F(MsdCanFailure, HeartbeatBeginsAtOnceAndWithTheBootUp) {
+TEST_P(MsdCanFailure, HeartbeatBeginsAtOnceAndWithTheBootUp) {
   rig.run(200ms);
   EXPECT_EQ(rig.count(0x70C), 1U) << "the boot-up message";
   ASSERT_EQ(rig.write(0x1017, 0, 40, 2), 0U);
@@ -121,7 +126,7 @@ TEST_F(MsdCanFailure, HeartbeatBeginsAtOnceAndWithTheBootUp) {
 }
 
 // MSD manual Figure 8.2: bit 7 is 0, the others are the state.
-TEST_F(MsdCanFailure, HeartbeatBytesAreThoseOfTheManual) {
+TEST_P(MsdCanFailure, HeartbeatBytesAreThoseOfTheManual) {
   ASSERT_EQ(rig.write(0x1017, 0, 6, 2), 0U);
   const auto next = [&] {
     rig.run(7ms);
@@ -138,7 +143,7 @@ TEST_F(MsdCanFailure, HeartbeatBytesAreThoseOfTheManual) {
   EXPECT_EQ(std::to_integer<unsigned>(rig.payloads(0x70C).back()[0]), 0U);
 }
 
-TEST_F(MsdCanFailure, MissingGuardingIsAFault) {
+TEST_P(MsdCanFailure, MissingGuardingIsAFault) {
   ASSERT_EQ(rig.write(0x100C, 0, 10, 2), 0U);
   ASSERT_EQ(rig.write(0x100D, 0, 3, 1), 0U);
   switch_on();
@@ -158,7 +163,7 @@ TEST_F(MsdCanFailure, MissingGuardingIsAFault) {
 }
 
 // With a heartbeat, guarding is not answered.
-TEST_F(MsdCanFailure, HeartbeatAndGuardingAreNotThereAtTheSameTime) {
+TEST_P(MsdCanFailure, HeartbeatAndGuardingAreNotThereAtTheSameTime) {
   ASSERT_EQ(rig.write(0x1017, 0, 500, 2), 0U);
   const std::size_t before = rig.count(0x70C);
   rig.send(Frame::remote({0x70C, false}, 1));
@@ -166,7 +171,7 @@ TEST_F(MsdCanFailure, HeartbeatAndGuardingAreNotThereAtTheSameTime) {
 }
 
 // P 2061 = 0, P 2062 = 12 ms: SYNC is monitored in Operational, from the first one on.
-TEST_F(MsdCanFailure, MissingSyncIsATelegramFailure) {
+TEST_P(MsdCanFailure, MissingSyncIsATelegramFailure) {
   ASSERT_EQ(rig.write(0x280E, 0, 12, 4), 0U);
   rig.sync();
   switch_on();
@@ -186,7 +191,7 @@ TEST_F(MsdCanFailure, MissingSyncIsATelegramFailure) {
   EXPECT_EQ(fault(), std::nullopt);
 }
 
-TEST_F(MsdCanFailure, MissingRxPdoIsATelegramFailure) {
+TEST_P(MsdCanFailure, MissingRxPdoIsATelegramFailure) {
   ASSERT_EQ(rig.write(0x280D, 0, 1, 1), 0U);
   ASSERT_EQ(rig.write(0x280E, 0, 12, 4), 0U);
   switch_on();
@@ -199,7 +204,7 @@ TEST_F(MsdCanFailure, MissingRxPdoIsATelegramFailure) {
   EXPECT_EQ(fault(), Fault::kTelegramFailure) << "SYNC is something else";
 }
 
-TEST_F(MsdCanFailure, TelegramsAreNotMonitoredByDefault) {
+TEST_P(MsdCanFailure, TelegramsAreNotMonitoredByDefault) {
   switch_on();
   rig.sync();
   rig.run(500ms);
@@ -207,7 +212,7 @@ TEST_F(MsdCanFailure, TelegramsAreNotMonitoredByDefault) {
 }
 
 // Ours: leaving Operational with the power on is a fault; without power it is none.
-TEST_F(MsdCanFailure, LeavingOperationalWithPowerOnIsAFault) {
+TEST_P(MsdCanFailure, LeavingOperationalWithPowerOnIsAFault) {
   rig.operate();
   rig.nmt(NmtCommand::kEnterPreOperational);
   EXPECT_EQ(fault(), std::nullopt);
@@ -219,7 +224,7 @@ TEST_F(MsdCanFailure, LeavingOperationalWithPowerOnIsAFault) {
   EXPECT_THAT(rig.emergencies(), ElementsAre(hex("00 FF 11 0C 05 00 00 00")));
 }
 
-TEST_F(MsdCanFailure, BusOffIsAFaultThatIsToldWhenTheBusIsBack) {
+TEST_P(MsdCanFailure, BusOffIsAFaultThatIsToldWhenTheBusIsBack) {
   switch_on();
   // Frames of its own that others destroy until it is bus off.
   ASSERT_EQ(rig.write(0x1017, 0, 1, 2), 0U);
@@ -236,7 +241,7 @@ TEST_F(MsdCanFailure, BusOffIsAFaultThatIsToldWhenTheBusIsBack) {
 }
 
 // Acknowledge: rising edge of bit 7 in an RxPDO, in the cycle of PDOs.
-TEST_F(MsdCanFailure, IsAcknowledgedByTheControlWord) {
+TEST_P(MsdCanFailure, IsAcknowledgedByTheControlWord) {
   rig.operate();
   rig.drive.core().raise(Fault::kEncoder);
   rig.run(20ms);
@@ -248,6 +253,10 @@ TEST_F(MsdCanFailure, IsAcknowledgedByTheControlWord) {
   rig.control(0x80);
   EXPECT_EQ(fault(), Fault::kEncoder) << "no edge";
 }
+
+INSTANTIATE_TEST_SUITE_P(Drives, MsdCanEmergency, kEachDrive, drive_name);
+INSTANTIATE_TEST_SUITE_P(Drives, MsdCanFailure, kEachDrive, drive_name);
+INSTANTIATE_TEST_SUITE_P(Drives, MsdCanHeartbeat, ::testing::Values(Variant::kMsd), drive_name);
 
 }  // namespace
 }  // namespace driveline::slaves::msd

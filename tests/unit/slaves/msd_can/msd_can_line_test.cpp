@@ -11,9 +11,7 @@ namespace {
 constexpr std::uint8_t kFirstNode = 31;  ///< P 2005 = 30, S4 from 1 on
 
 /// Writes the parameters that eight drives share: interpolated position with SYNCs of 2 ms.
-void write_common_parameters(const std::string& file) {
-  MsdParameters parameters;
-  parameters.parameter_file = file;
+void write_common_parameters(const MsdParameters& parameters) {
   CanDriveRig rig(parameters);
   rig.run(5ms);
   ASSERT_EQ(rig.write(0x27D5, 0, 30, 1), 0U);
@@ -29,10 +27,8 @@ void write_common_parameters(const std::string& file) {
 /// Eight drives with these parameters and a master that moves them.
 class EightDrives {
  public:
-  explicit EightDrives(const std::string& file) {
+  explicit EightDrives(const MsdParameters& parameters) {
     bus.attach(master);
-    MsdParameters parameters;
-    parameters.parameter_file = file;
     for (std::uint8_t i = 1; i <= 8; ++i) {
       drives.push_back(std::make_unique<MsdCanDrive>(parameters, CanConnection{DipSwitch{i}, {}, 500us}));
       bus.attach(drives.back()->device());
@@ -64,11 +60,14 @@ class EightDrives {
   std::vector<std::unique_ptr<MsdCanDrive>> drives;
 };
 
-TEST(MsdCanLine, EightDrivesWithOneFileFollowTheirPaths) {
+class MsdCanLine : public EachCanDrive {};
+
+TEST_P(MsdCanLine, EightDrivesWithOneFileFollowTheirPaths) {
   const test::TemporaryFolder folder;
-  const std::string file = (folder.path / "drives.txt").string();
-  write_common_parameters(file);
-  EightDrives line(file);
+  MsdParameters shared = parameters();
+  shared.parameter_file = (folder.path / "drives.txt").string();
+  write_common_parameters(shared);
+  EightDrives line(shared);
   for (std::uint8_t i = 0; i < 8; ++i) {
     EXPECT_EQ(line.drives[i]->device().node_id(), kFirstNode + i);
     line.send(Frame::of(0x600U + kFirstNode + i,
@@ -102,8 +101,8 @@ TEST(MsdCanLine, EightDrivesWithOneFileFollowTheirPaths) {
 }
 
 // Causes for a drive that does not answer (MSD manual 6.5.2).
-TEST(MsdCanLine, AnotherBitRateIsNotAnswered) {
-  CanDriveRig rig;
+TEST_P(MsdCanLine, AnotherBitRateIsNotAnswered) {
+  CanDriveRig rig(parameters());
   rig.run(5ms);
   rig.master.controller().set_bit_rate(500'000);
   EXPECT_THAT(rig.ask("40 00 10 00 00 00 00 00"), IsEmpty());
@@ -112,12 +111,12 @@ TEST(MsdCanLine, AnotherBitRateIsNotAnswered) {
 
 /// Answers that are equal to the bit pass as one. Others are errors until the drives are error passive, and then a
 /// master gets two answers to one request.
-TEST(MsdCanLine, TwoDrivesWithOneAddressDestroyTheirAnswers) {
+TEST_P(MsdCanLine, TwoDrivesWithOneAddressDestroyTheirAnswers) {
   can::Bus bus;
   can::ScriptedNode master;
-  MsdParameters other;
+  MsdParameters other = parameters();
   other.name = "Another";
-  MsdCanDrive first({}, {kTwelve, {}, 500us});
+  MsdCanDrive first(parameters(), {kTwelve, {}, 500us});
   MsdCanDrive second(other, {kTwelve, {}, 500us});
   bus.attach(master);
   bus.attach(first.device());
@@ -143,7 +142,7 @@ TEST(MsdCanLine, TwoDrivesWithOneAddressDestroyTheirAnswers) {
 }
 
 // MSD manual 4.6.3: a cable that is too long for the bit rate lets no frame pass.
-TEST(MsdCanLine, CableBeyondTheLengthOfTheBitRate) {
+TEST_P(MsdCanLine, CableBeyondTheLengthOfTheBitRate) {
   struct Row {
     std::uint32_t kilobits;
     double metres;
@@ -153,7 +152,7 @@ TEST(MsdCanLine, CableBeyondTheLengthOfTheBitRate) {
     for (const bool longer : {false, true}) {
       can::Bus bus({.length_m = metres + (longer ? 1.0 : 0.0)});
       can::ScriptedNode master;
-      MsdCanDrive drive({}, {kTwelve, {}, 500us});
+      MsdCanDrive drive(parameters(), {kTwelve, {}, 500us});
       bus.attach(master, {.bit_rate = kilobits * 1000});
       auto& controller = bus.attach(drive.device());
       bus.advance(1us);
@@ -209,6 +208,8 @@ TEST(MsdCanAdversary, RandomFramesMoveNothingAndAResetHelps) {
     EXPECT_LT(std::abs(rig.drive.core().position_rad()), 1e-6) << seed;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Drives, MsdCanLine, kEachDrive, drive_name);
 
 }  // namespace
 }  // namespace driveline::slaves::msd

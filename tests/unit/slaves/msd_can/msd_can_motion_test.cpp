@@ -34,7 +34,7 @@ class MsdCanMotion : public MsdCan {
 };
 
 // Target and control word by RxPDO, status word and position by TxPDO.
-TEST_F(MsdCanMotion, ProfilePositionByPdos) {
+TEST_P(MsdCanMotion, ProfilePositionByPdos) {
   profile();
   ASSERT_EQ(rig.write(0x6060, 0, 1, 1), 0U);
   rig.map(0x1401, {kTargetPosition});
@@ -64,7 +64,7 @@ TEST_F(MsdCanMotion, ProfilePositionByPdos) {
 }
 
 // All of it by SDO, as far as Pre-operational.
-TEST_F(MsdCanMotion, ProfilePositionBySdo) {
+TEST_P(MsdCanMotion, ProfilePositionBySdo) {
   profile();
   ASSERT_EQ(rig.write(0x6060, 0, 1, 1), 0U);
   for (const std::uint32_t word : {0x06U, 0x07U, 0x0FU}) ASSERT_EQ(rig.write(0x6040, 0, word, 2), 0U);
@@ -76,7 +76,7 @@ TEST_F(MsdCanMotion, ProfilePositionBySdo) {
   EXPECT_TRUE(rig.read(0x6041) & kReached);
 }
 
-TEST_F(MsdCanMotion, ProfileVelocityByPdo) {
+TEST_P(MsdCanMotion, ProfileVelocityByPdo) {
   profile();
   ASSERT_EQ(rig.write(0x6060, 0, 3, 1), 0U);
   rig.map(0x1401, {kTargetVelocity});
@@ -90,7 +90,7 @@ TEST_F(MsdCanMotion, ProfileVelocityByPdo) {
   EXPECT_NEAR(static_cast<std::int32_t>(rig.read(0x606C)), -2 * kTurn, kTurn / 50.0);
 }
 
-TEST_F(MsdCanMotion, HomingByPdo) {
+TEST_P(MsdCanMotion, HomingByPdo) {
   ASSERT_EQ(rig.write(0x6060, 0, 6, 1), 0U);
   ASSERT_EQ(rig.write(0x6098, 0, 34, 1), 0U);  // index pulse in positive direction
   ASSERT_EQ(rig.write(0x607C, 0, 777, 4), 0U);
@@ -140,7 +140,7 @@ class MsdCanInterpolation : public MsdCan {
   }
 };
 
-TEST_F(MsdCanInterpolation, FollowsAPathOfSyncs) {
+TEST_P(MsdCanInterpolation, FollowsAPathOfSyncs) {
   const std::int32_t start = rig.position();
   enable_at(start);
   ASSERT_TRUE(rig.status() & status_word::kIpActive);
@@ -169,7 +169,7 @@ TEST_F(MsdCanInterpolation, FollowsAPathOfSyncs) {
 }
 
 // A control word between two setpoints is no setpoint: speed stays as it is.
-TEST_F(MsdCanInterpolation, AControlWordBetweenSetpointsDisturbsNothing) {
+TEST_P(MsdCanInterpolation, AControlWordBetweenSetpointsDisturbsNothing) {
   const std::int32_t start = rig.position();
   enable_at(start);
   std::int32_t target = start;
@@ -183,7 +183,7 @@ TEST_F(MsdCanInterpolation, AControlWordBetweenSetpointsDisturbsNothing) {
 }
 
 // P 306, 1006h and 60C2h must name the same cycle: otherwise interpolation is a fault (MSD manual 6.4.2).
-TEST_F(MsdCanInterpolation, AnotherCommunicationCycleIsAFaultWhenItStarts) {
+TEST_P(MsdCanInterpolation, AnotherCommunicationCycleIsAFaultWhenItStarts) {
   ASSERT_EQ(rig.write(0x1006, 0, 4000, 4), 0U);
   const std::int32_t start = rig.position();
   for (const std::uint16_t word : {kShutDown, kSwitchOn, kEnable}) command(word, start);
@@ -202,7 +202,7 @@ TEST_F(MsdCanInterpolation, AnotherCommunicationCycleIsAFaultWhenItStarts) {
   EXPECT_EQ(rig.drive.core().fault(), std::nullopt);
 }
 
-TEST_F(MsdCanInterpolation, HaltStopsAndReleasesTheAxis) {
+TEST_P(MsdCanInterpolation, HaltStopsAndReleasesTheAxis) {
   const std::int32_t start = rig.position();
   enable_at(start);
   command(kEnable | control_word::kEnableIp | control_word::kHalt, start);
@@ -212,6 +212,9 @@ TEST_F(MsdCanInterpolation, HaltStopsAndReleasesTheAxis) {
   command(kEnable, start);
   EXPECT_EQ(rig.status() & status_word::kIpActive, 0) << "bit 4";
 }
+
+INSTANTIATE_TEST_SUITE_P(Drives, MsdCanMotion, kEachDrive, drive_name);
+INSTANTIATE_TEST_SUITE_P(Drives, MsdCanInterpolation, kEachDrive, drive_name);
 
 }  // namespace
 }  // namespace driveline::slaves::msd

@@ -17,7 +17,7 @@ class MsdCanPdo : public MsdCan {
   [[nodiscard]] std::uint64_t filler() const { return rig.value(0x2807); }
 };
 
-TEST_F(MsdCanPdo, TypesAreThoseOfTheManual) {
+TEST_P(MsdCanPdo, TypesAreThoseOfTheManual) {
   for (const std::uint32_t type : {0U, 1U, 17U, 240U, 254U, 255U}) {
     EXPECT_EQ(rig.write(0x1400, 2, type, 1), 0U) << type;
     EXPECT_EQ(rig.write(0x1803, 2, type, 1), 0U) << type;
@@ -28,7 +28,7 @@ TEST_F(MsdCanPdo, TypesAreThoseOfTheManual) {
   }
 }
 
-TEST_F(MsdCanPdo, WithoutMappingNothingIsSentOrTaken) {
+TEST_P(MsdCanPdo, WithoutMappingNothingIsSentOrTaken) {
   rig.start();
   fill(0x5A);
   rig.run(100ms);
@@ -38,7 +38,7 @@ TEST_F(MsdCanPdo, WithoutMappingNothingIsSentOrTaken) {
 }
 
 // A synchronous RxPDO is applied with the next SYNC, whatever its number of SYNCs is.
-TEST_F(MsdCanPdo, SynchronousRxPdoWaitsForItsSync) {
+TEST_P(MsdCanPdo, SynchronousRxPdoWaitsForItsSync) {
   for (const std::uint8_t type : {std::uint8_t{0}, std::uint8_t{1}, std::uint8_t{5}}) {
     rig.nmt(NmtCommand::kEnterPreOperational);
     rig.map(0x1401, {kFiller}, type);
@@ -54,7 +54,7 @@ TEST_F(MsdCanPdo, SynchronousRxPdoWaitsForItsSync) {
 }
 
 // Types FEh and FFh: applied in the cycle of PDOs of 1 ms, in which the newest frame counts; SYNC is irrelevant.
-TEST_F(MsdCanPdo, EventDrivenRxPdoIsAppliedEveryMillisecond) {
+TEST_P(MsdCanPdo, EventDrivenRxPdoIsAppliedEveryMillisecond) {
   rig.map(0x1401, {kFiller}, 254);
   rig.start();
   rig.bus.advance((rig.bus.now() / 1ms + 1) * 1ms);
@@ -70,7 +70,7 @@ TEST_F(MsdCanPdo, EventDrivenRxPdoIsAppliedEveryMillisecond) {
 }
 
 // A TxPDO with types FEh, FFh is sent after the RxPDO of its number, even without a change.
-TEST_F(MsdCanPdo, RxPdoIsAnsweredByTheTxPdoOfItsNumber) {
+TEST_P(MsdCanPdo, RxPdoIsAnsweredByTheTxPdoOfItsNumber) {
   rig.map(0x1401, {kFiller});
   rig.map(0x1801, {0x6060'0008});
   rig.map(0x1802, {0x6060'0008});
@@ -96,7 +96,7 @@ TEST_F(MsdCanPdo, RxPdoIsAnsweredByTheTxPdoOfItsNumber) {
   EXPECT_EQ(rig.count(0x28C), 0U) << "a synchronous RxPDO is not answered";
 }
 
-TEST_F(MsdCanPdo, SynchronousTxPdoIsSentEveryNthSync) {
+TEST_P(MsdCanPdo, SynchronousTxPdoIsSentEveryNthSync) {
   rig.map(0x1801, {0x6041'0010}, 3);
   rig.start();
   for (int i = 1; i <= 9; ++i) {
@@ -106,7 +106,7 @@ TEST_F(MsdCanPdo, SynchronousTxPdoIsSentEveryNthSync) {
 }
 
 // Values of a TxPDO are those behind the application of the RxPDOs of its SYNC.
-TEST_F(MsdCanPdo, SynchronousTxPdoIsSentBehindTheRxPdo) {
+TEST_P(MsdCanPdo, SynchronousTxPdoIsSentBehindTheRxPdo) {
   rig.map(0x1401, {kFiller}, 1);
   rig.map(0x1801, {kFiller}, 1);
   rig.start();
@@ -115,7 +115,7 @@ TEST_F(MsdCanPdo, SynchronousTxPdoIsSentBehindTheRxPdo) {
   EXPECT_THAT(rig.payloads(0x28C), ElementsAre(hex("6B")));
 }
 
-TEST_F(MsdCanPdo, AcyclicTxPdoWaitsForAnEventAndTheNextSync) {
+TEST_P(MsdCanPdo, AcyclicTxPdoWaitsForAnEventAndTheNextSync) {
   rig.map(0x1801, {0x6041'0010}, 0);
   rig.start();
   rig.sync();  // the first values
@@ -132,7 +132,7 @@ TEST_F(MsdCanPdo, AcyclicTxPdoWaitsForAnEventAndTheNextSync) {
 }
 
 // Any bit of the mapped data is an event for this TxPDO and no other.
-TEST_F(MsdCanPdo, ChangedBitsSendTheirOwnTxPdo) {
+TEST_P(MsdCanPdo, ChangedBitsSendTheirOwnTxPdo) {
   rig.map(0x1800, {kFiller});
   rig.map(0x1801, {kOutputs});
   rig.map(0x1403, {kFiller});
@@ -150,7 +150,7 @@ TEST_F(MsdCanPdo, ChangedBitsSendTheirOwnTxPdo) {
 
 // P 2007 (MSD manual Table 8.4): 8 bytes of TxPDO 1 with [0] = 0000FFFFh, [1] = 0, as in the example of the manual, and
 // the other way round for TxPDO 3.
-TEST_F(MsdCanPdo, EventMasksInhibitBits) {
+TEST_P(MsdCanPdo, EventMasksInhibitBits) {
   rig.map(0x1403, {kFiller, kTargetPosition});
   rig.map(0x1800, {kFiller, kFiller, kTargetVelocity, 0x6042'0010});
   rig.map(0x1802, {kFiller, kFiller, kTargetPosition, 0x6042'0010});
@@ -174,7 +174,7 @@ TEST_F(MsdCanPdo, EventMasksInhibitBits) {
   EXPECT_EQ(rig.count(0x38C), 1U);
 }
 
-TEST_F(MsdCanPdo, InhibitTimeIsWholeMilliseconds) {
+TEST_P(MsdCanPdo, InhibitTimeIsWholeMilliseconds) {
   for (const std::uint32_t time : {1U, 5U, 15U, 101U}) EXPECT_EQ(rig.write(0x1800, 3, time, 2), 0x0609'0030U) << time;
   ASSERT_EQ(rig.write(0x1803, 3, 150, 2), 0U);  // 15 ms
   rig.map(0x1803, {kFiller});
@@ -190,7 +190,7 @@ TEST_F(MsdCanPdo, InhibitTimeIsWholeMilliseconds) {
   EXPECT_EQ(sent.back().frame.payload()[0], std::byte{20}) << "the newest value";
 }
 
-TEST_F(MsdCanPdo, EventTimerSendsCyclically) {
+TEST_P(MsdCanPdo, EventTimerSendsCyclically) {
   ASSERT_EQ(rig.write(0x1801, 5, 7, 2), 0U);
   rig.map(0x1801, {kFiller});
   rig.start();
@@ -200,7 +200,7 @@ TEST_F(MsdCanPdo, EventTimerSendsCyclically) {
   EXPECT_EQ(rig.count(0x28C), 10U);
 }
 
-TEST_F(MsdCanPdo, TakesEightObjectsAndEightBytes) {
+TEST_P(MsdCanPdo, TakesEightObjectsAndEightBytes) {
   EXPECT_EQ(rig.write(0x1600, 9, kFiller, 4), 0x0609'0011U) << "there is no ninth";
   for (std::uint8_t sub = 1; sub <= 8; ++sub) ASSERT_EQ(rig.write(0x1600, sub, kFiller, 4), 0U);
   EXPECT_EQ(rig.write(0x1600, 0, 9, 1), 0x0604'0042U);
@@ -213,8 +213,22 @@ TEST_F(MsdCanPdo, TakesEightObjectsAndEightBytes) {
   EXPECT_EQ(rig.write(0x1601, 1, 0x0005'0008, 4), 0x0602'0000U) << "the filler is P 2055";
 }
 
+// The images of the terminals (MSD manual 8.3.2).
+TEST_P(MsdCanPdo, ImagesOfTheTerminalsCanBeMapped) {
+  rig.map(0x1802, {0x2079'0020, 0x208F'0020});
+  rig.start();
+  rig.run(5ms);
+  const auto before = rig.payloads(0x38C);
+  ASSERT_FALSE(before.empty());
+  rig.drive.core().set_input(Input::kIsd03, true);
+  rig.run(5ms);
+  const auto after = rig.payloads(0x38C);
+  ASSERT_EQ(after.size(), before.size() + 1) << "an input is an event";
+  EXPECT_EQ(after.back()[0] ^ before.back()[0], std::byte{0x10}) << "bit 4: ISD03";
+}
+
 // Parameters can be mapped; what an SDO would refuse changes nothing (MSD manual 8.3.2).
-TEST_F(MsdCanPdo, ParametersInAnRxPdoActAsWrittenBySdo) {
+TEST_P(MsdCanPdo, ParametersInAnRxPdoActAsWrittenBySdo) {
   rig.map(0x1401, {0x2177'0020});  // P 375 in %
   rig.start();
   rig.send(Frame::of(0x30C, bytes::to_le_bytes(std::bit_cast<std::uint32_t>(37.5F))), 3ms);
@@ -236,7 +250,7 @@ TEST(MsdCanFirmware, OldOneNeedsAnEvenNumberOfBytes) {
   EXPECT_EQ(rig.write(0x1600, 0, 2, 1), 0U);
 }
 
-TEST_F(MsdCanPdo, RemoteFramesAreAnswered) {
+TEST_P(MsdCanPdo, RemoteFramesAreAnswered) {
   rig.map(0x1801, {kFiller});
   rig.start();
   rig.run(5ms);
@@ -244,6 +258,8 @@ TEST_F(MsdCanPdo, RemoteFramesAreAnswered) {
   rig.send(Frame::remote({0x28C, false}, 1));
   EXPECT_EQ(rig.count(0x28C), 1U);
 }
+
+INSTANTIATE_TEST_SUITE_P(Drives, MsdCanPdo, kEachDrive, drive_name);
 
 }  // namespace
 }  // namespace driveline::slaves::msd

@@ -19,7 +19,11 @@ class ServoOneCan : public ::testing::TestWithParam<Variant> {
 
 TEST_P(ServoOneCan, IsThereWithItsIdentity) {
   EXPECT_EQ(rig.count(0x70C), 1U);
+  EXPECT_EQ(rig.read(0x1018, 0), 4U);
+  EXPECT_EQ(rig.read(0x1018, 1), 0x28U);
   EXPECT_EQ(rig.read(0x1018, 2), facts(GetParam()).product_code);
+  EXPECT_EQ(rig.read(0x1018, 3), rig.value(0x1018, 3));
+  EXPECT_EQ(rig.read(0x1018, 4), rig.value(0x1018, 4));
   EXPECT_EQ(rig.read(0x6502), 0x67U);
   EXPECT_EQ(rig.write(0x6060, 0, 8, 1), 0x0609'0030U);
   EXPECT_EQ(rig.read(0x27D6), 1000U);
@@ -35,29 +39,8 @@ TEST_P(ServoOneCan, HasNoHeartbeatConsumer) {
   EXPECT_EQ(rig.drive.core().fault(), std::nullopt);
 }
 
-TEST_P(ServoOneCan, IsGuarded) {
-  ASSERT_EQ(rig.write(0x100C, 0, 10, 2), 0U);
-  ASSERT_EQ(rig.write(0x100D, 0, 3, 1), 0U);
-  rig.start();
-  rig.send(Frame::remote({0x70C, false}, 1), 35ms);
-  EXPECT_EQ(rig.drive.core().fault(), Fault::kLifeGuarding);
-}
-
-TEST_P(ServoOneCan, MovesByPdos) {
-  ASSERT_EQ(rig.write(0x6081, 0, 10 * kTurn, 4), 0U);
-  ASSERT_EQ(rig.write(0x6083, 0, 50 * kTurn, 4), 0U);
-  ASSERT_EQ(rig.write(0x6084, 0, 100 * kTurn, 4), 0U);
-  ASSERT_EQ(rig.write(0x6060, 0, 1, 1), 0U);
-  rig.map(0x1401, {kTargetPosition});
-  rig.operate();
-  rig.enable();
-  rig.send(Frame::of(0x30C, bytes::to_le_bytes(static_cast<std::uint32_t>(-2 * kTurn))));
-  rig.control(0x1F);
-  rig.run(600ms);
-  EXPECT_NEAR(rig.position(), -2 * kTurn, 60);
-}
-
-INSTANTIATE_TEST_SUITE_P(Variants, ServoOneCan, ::testing::Values(Variant::kServoOne, Variant::kServoOneJunior));
+INSTANTIATE_TEST_SUITE_P(Drives, ServoOneCan, ::testing::Values(Variant::kServoOne, Variant::kServoOneJunior),
+                         drive_name);
 
 // Switches 1 to 6 are the address of the junior, 7 its resistor (ServoOne manual Table 4.5).
 TEST(ServoOneCanSwitch, HasSixBitsOnTheJunior) {
