@@ -16,6 +16,7 @@ Rpdo::Rpdo(ObjectDictionary& dictionary, DictionaryOwner& owner, std::size_t num
       mapping_index_(static_cast<std::uint16_t>(options.mapping.rx_first + number)),
       limits_(options.mapping),
       in_cycle_(options.pdo_cycle.count() > 0),
+      counts_syncs_(options.rpdo_counts_syncs),
       cob_id_(dictionary, static_cast<std::uint16_t>(0x1400 + number), 1),
       type_(dictionary, static_cast<std::uint16_t>(0x1400 + number), 2),
       map_(options.mapping.objects) {}
@@ -24,6 +25,7 @@ void Rpdo::restart() noexcept {
   map_.build_pdo(*dictionary_, mapping_index_, limits_);
   settings_ = has_settings(map_);
   waits_ = false;
+  syncs_ = 0;
   too_long_ = false;
 }
 
@@ -67,7 +69,10 @@ Rpdo::Result Rpdo::receive(const Frame& frame) noexcept {
 }
 
 bool Rpdo::apply() noexcept {
-  if (!std::exchange(waits_, false)) return false;
+  if (!waits_) return false;
+  if (counts_syncs_ && synchronous() && ++syncs_ < type_.value()) return false;
+  waits_ = false;
+  syncs_ = 0;
   decode(newest_);
   return true;
 }

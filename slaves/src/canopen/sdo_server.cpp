@@ -23,6 +23,8 @@ SdoServer::SdoServer(ObjectDictionary& dictionary, DictionaryOwner& owner, const
     : dictionary_(&dictionary),
       owner_(&owner),
       block_transfer_(options.block_transfer),
+      size_indicated_(options.size_indicated),
+      cut_expedited_(options.cut_expedited),
       fill_sign_(options.fill_sign),
       buffer_(longest_entry(dictionary.table())) {}
 
@@ -82,7 +84,8 @@ SdoBytes SdoServer::initiate_upload(const SdoMessage& request, AccessPhase phase
   if (!size) return abort(size.error());
   SdoMessage answer{0, request.index, request.subindex, {}};
   if (*size > 0 && *size <= answer.data.size()) {
-    answer.command = canopen::expedited_command(SdoResponse::kInitiateUpload, *size);
+    answer.command = size_indicated_ ? canopen::expedited_command(SdoResponse::kInitiateUpload, *size)
+                                     : sdo_command(SdoResponse::kInitiateUpload, SdoMessage::kExpedited);
     answer.data.fill(filler(*size));
     std::copy_n(buffer_.begin(), *size, answer.data.begin());
     return answer.encode();
@@ -127,7 +130,7 @@ SdoBytes SdoServer::initiate_download(const SdoMessage& request, AccessPhase pha
   cancel();
   if (request.expedited()) {
     const auto value = std::span<const std::byte>(request.data).first(request.expedited_size());
-    const auto stored = store(value, phase, request.size_indicated());
+    const auto stored = store(value, phase, request.size_indicated() && !cut_expedited_);
     if (!stored) return abort(stored.error());
   } else {
     size_ = request.size_indicated() ? request.number() : 0;

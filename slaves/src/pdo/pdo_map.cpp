@@ -61,12 +61,19 @@ SdoResult<void> check_mapping_entry(const ObjectDictionary& dictionary, const Pd
   return {};
 }
 
+/// An entry of a mapping with the value that it would get.
+struct NewEntry {
+  std::uint8_t subindex = 0;  ///< 0: none
+  std::uint32_t raw = 0;
+};
+
 SdoResult<void> check_mapping_count(const ObjectDictionary& dictionary, const PdoLimits& limits, std::uint16_t index,
-                                    std::uint16_t mappable, std::uint32_t count) {
+                                    std::uint16_t mappable, std::uint32_t count, const NewEntry& entry = {}) {
   if (count > limits.objects) return tl::unexpected(SdoAbort::kMappingTooLong);
   unsigned bits = 0;
   for (std::uint32_t sub = 1; sub <= count; ++sub) {
-    const std::uint32_t raw = value_of(dictionary, index, static_cast<std::uint8_t>(sub));
+    const std::uint32_t raw =
+        sub == entry.subindex ? entry.raw : value_of(dictionary, index, static_cast<std::uint8_t>(sub));
     if (raw == 0) return tl::unexpected(SdoAbort::kObjectDoesNotExist);
     const auto valid = check_mapping_entry(dictionary, limits, mappable, raw);
     if (!valid) return valid;
@@ -115,7 +122,11 @@ SdoResult<void> check_pdo_write(const ObjectDictionary& dictionary, const PdoLim
     return assignment ? check_assignment_count(dictionary, row.index, first, limits, value)
                       : check_mapping_count(dictionary, limits, row.index, mappable, value);
   }
-  if (value_of(dictionary, row.index, 0) != 0) return tl::unexpected(SdoAbort::kSubindexCannotBeWritten);
+  const std::uint32_t count = value_of(dictionary, row.index, 0);
+  if (count != 0 && (assignment || limits.locked)) return tl::unexpected(SdoAbort::kSubindexCannotBeWritten);
+  if (!assignment && row.subindex <= count) {
+    return check_mapping_count(dictionary, limits, row.index, mappable, count, {row.subindex, value});
+  }
   if (!assignment) return check_mapping_entry(dictionary, limits, mappable, value);
   if (value != 0 && !is_pdo(dictionary, limits, first, value)) return tl::unexpected(SdoAbort::kObjectDoesNotExist);
   return {};

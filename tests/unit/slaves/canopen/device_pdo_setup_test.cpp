@@ -69,6 +69,25 @@ TEST_F(CanopenDevice, C36MappingEntries) {
   EXPECT_EQ(rig.write(0x1602, 0, 7, 1), 0U);
 }
 
+// The MC7000 takes entries while the mapping is in use (MC7000 manual 6.5.2.1).
+TEST(CanopenOpenMapping, TakesEntriesWithoutSwitchingThePdoOff) {
+  DeviceRig rig({.mapping = {.locked = false}});
+  rig.run(2ms);
+  ASSERT_EQ(rig.write(0x1601, 1, 0x2000'0010, 4), 0U);
+  ASSERT_EQ(rig.write(0x1601, 0, 1, 1), 0U);
+  rig.start();
+  EXPECT_EQ(rig.write(0x1601, 1, 0x2001'0008, 4), 0U);
+  rig.send(0x305, "4D");
+  EXPECT_EQ(rig.value(0x2001), 0x4DU);
+  EXPECT_EQ(rig.write(0x1601, 1, 0x2000'0011, 4), 0x0604'0041U);
+  for (std::uint8_t sub = 2; sub <= 7; ++sub) ASSERT_EQ(rig.write(0x1601, sub, 0x2001'0008, 4), 0U);
+  ASSERT_EQ(rig.write(0x1601, 8, 0x2000'0010, 4), 0U);
+  EXPECT_EQ(rig.write(0x1601, 0, 8, 1), 0x0604'0042U) << "72 bits";
+  ASSERT_EQ(rig.write(0x1601, 0, 7, 1), 0U);
+  EXPECT_EQ(rig.write(0x1601, 7, 0x2000'0010, 4), 0U) << "64 bits";
+  EXPECT_EQ(rig.write(0x1601, 6, 0x2000'0010, 4), 0x0604'0042U) << "an entry of a mapping in use is counted, too";
+}
+
 // C37 (canopen-stack #138): dummy entries take their bits and nothing else; any number of them, within bounds.
 TEST_F(CanopenDevice, C37DummyEntries) {
   rig.map(0x1400, {0x0005'0008, 0x2000'0010, 0x0006'0010, 0x2001'0008, 0x0003'0010});

@@ -57,6 +57,26 @@ TEST_F(CanopenDevice, C39SynchronousRpdoWaitsForItsSync) {
   }
 }
 
+// MC7000 manual 6.5.1: type n waits for n SYNCs; newer frames replace the one that waits.
+TEST(CanopenSyncCount, AnRpdoWaitsForAsManySyncsAsItsTypeSays) {
+  DeviceRig rig({.rpdo_counts_syncs = true});
+  rig.run(2ms);
+  rig.map(0x1400, {0x2000'0010}, 3);
+  rig.start();
+  rig.sync();
+  rig.send(0x205, "11 11");
+  rig.sync();
+  rig.send(0x205, "22 22");
+  rig.sync();
+  EXPECT_EQ(static_cast<std::int64_t>(rig.value(0x2000)), -17);
+  rig.sync();
+  EXPECT_EQ(rig.value(0x2000), 0x2222U);
+  rig.map(0x1400, {0x2000'0010}, 0);
+  rig.send(0x205, "33 33");
+  rig.sync();
+  EXPECT_EQ(rig.value(0x2000), 0x3333U) << "type 0: the next one";
+}
+
 TEST_F(CanopenDevice, C39EventDrivenRpdoAtOnce) {
   for (const std::uint8_t type : {std::uint8_t{254}, std::uint8_t{255}}) {
     rig.nmt(canopen::NmtCommand::kResetNode);

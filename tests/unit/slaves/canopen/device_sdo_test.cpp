@@ -47,6 +47,16 @@ TEST_F(CanopenDevice, C28Expedited) {
   EXPECT_EQ(rig.ask("40 01 20 00 00 00 00 00"), hex("4F 01 20 00 C3 00 00 00"));
 }
 
+// MC7000 manual 4.3.2, 6.5.2.1: the size is not stated in answers, and four bytes are taken for entries of one or two.
+TEST(CanopenSdo, SizesCountOnlyWhereTheDeviceLooksAtThem) {
+  DeviceRig rig({.size_indicated = false, .cut_expedited = true});
+  rig.run(2ms);
+  EXPECT_EQ(rig.ask("40 00 20 00 00 00 00 00"), hex("42 00 20 00 EF FF 00 00"));
+  EXPECT_EQ(rig.ask("23 01 20 00 3C 12 34 56"), hex("60 01 20 00 00 00 00 00"));
+  EXPECT_EQ(rig.value(0x2001), 0x3CU);
+  EXPECT_EQ(rig.ask("2F 02 20 00 3C 00 00 00"), hex("80 02 20 00 13 00 07 06")) << "too short is too short";
+}
+
 TEST(CanopenSdo, UnusedBytesOfASignedValueHaveItsSignWhereTheDeviceDoesSo) {  // MSD manual 8.2.2
   DeviceRig rig({.fill_sign = true});
   rig.run(2ms);

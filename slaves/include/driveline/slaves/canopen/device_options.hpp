@@ -26,10 +26,13 @@ struct DeviceOptions {
   std::uint32_t sdo_answer = canopen::predefined::kSdoServerToClient;   ///< server to client
   nanoseconds sdo_delay{0};                                             ///< from an SDO request to its answer
   bool block_transfer = false;                                          ///< SDO block transfer; otherwise 05040001h
-  bool fill_sign = false;   ///< unused bytes of an expedited upload of an INTEGER have its sign (MSD manual 8.2.2)
-  std::uint16_t rpdos = 4;  ///< 1400h and following
-  std::uint16_t tpdos = 4;  ///< 1800h and following
+  bool size_indicated = true;  ///< expedited uploads state their size; false: command 42h (MC7000 manual 4.3.2)
+  bool cut_expedited = false;  ///< an expedited download that is longer than its entry is cut; otherwise 06070012h
+  bool fill_sign = false;      ///< unused bytes of an expedited upload of an INTEGER have its sign (MSD manual 8.2.2)
+  std::uint16_t rpdos = 4;     ///< 1400h and following
+  std::uint16_t tpdos = 4;     ///< 1800h and following
   PdoLimits mapping{.dummies = true};  ///< rules of 1600h, 1A00h and following
+  bool rpdo_counts_syncs = false;      ///< an RPDO of type n waits for n SYNCs (MC7000 manual 6.5.1); otherwise for one
   bool remote_types = false;           ///< TPDO transmission types 252 and 253
   bool long_rpdo_emergency = false;    ///< EMCY 8220h for an RPDO that is longer than its mapping
   /// Event-driven RPDOs are applied at the next multiple of this time; a newer frame replaces one that waits. 0: at

@@ -32,7 +32,7 @@ class Rpdo {
   [[nodiscard]] bool is(const Frame& frame) const noexcept;
   /// Whether it waits for a SYNC. \rtsafe
   [[nodiscard]] bool synchronous() const noexcept;
-  /// Applies the newest frame that waits; false: there is none. \rtsafe
+  /// A SYNC, or the cycle of PDOs: applies the newest frame that waits for it; false: there is none. \rtsafe
   bool apply() noexcept;
   /// Whether the last frame had more bytes than mapped. \rtsafe
   [[nodiscard]] bool too_long() const noexcept { return too_long_; }
@@ -44,13 +44,15 @@ class Rpdo {
   DictionaryOwner* owner_;
   std::uint16_t mapping_index_;
   PdoLimits limits_;
-  bool in_cycle_;  ///< an event-driven frame waits, too
+  bool in_cycle_;      ///< an event-driven frame waits, too
+  bool counts_syncs_;  ///< the type is the number of SYNCs that a frame waits for
   Entry cob_id_;
   Entry type_;
   PdoMap map_;
   Frame newest_;  ///< waits
   bool waits_ = false;
-  bool settings_ = false;  ///< are mapped
+  std::uint32_t syncs_ = 0;  ///< since the first frame that waits
+  bool settings_ = false;    ///< are mapped
   bool too_long_ = false;
 };
 

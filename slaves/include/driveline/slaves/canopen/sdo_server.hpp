@@ -49,6 +49,8 @@ class SdoServer {
   ObjectDictionary* dictionary_;
   DictionaryOwner* owner_;
   bool block_transfer_;
+  bool size_indicated_;
+  bool cut_expedited_;
   bool fill_sign_;
   std::vector<std::byte> buffer_;
   Kind kind_ = Kind::kNone;

@@ -19,6 +19,7 @@ struct PdoLimits {
   std::uint32_t input_sync_managers = 1U << 3;   ///< bit n: sync manager n transfers TxPDOs
   bool gaps = false;                             ///< a mapping may have gaps: index 0 with a number of bits
   bool even_bytes = false;                       ///< a PDO must have an even number of bytes
+  bool locked = true;    ///< entries of a mapping are written while sub-index 0 is 0 only (CiA 301 7.5.2.36)
   bool dummies = false;  ///< an RxPDO may have dummy entries: data types 0001h-0007h (CiA 301 7.4.7)
 };
 
@@ -96,8 +97,8 @@ class PdoMap {
 };
 
 /// Checks a write to a PDO mapping (1600h.., 1A00h..) or assignment (1C10h + n): entries are writable only while
-/// sub-index 0 is 0, the device limits the number of objects and bytes, and objects must exist and be mappable (CiA 301
-/// 7.2.5.3, ETG.1000.6 5.6.7). Other rows are accepted.
+/// sub-index 0 is 0 (PdoLimits::locked), the device limits the number of objects and bytes, and objects must exist and
+/// be mappable (CiA 301 7.2.5.3, ETG.1000.6 5.6.7). Other rows are accepted.
 [[nodiscard]] SdoResult<void> check_pdo_write(const ObjectDictionary& dictionary, const PdoLimits& limits,
                                               const EntryRow& row, std::uint64_t raw);
 
