@@ -210,11 +210,23 @@ class Reader {
     length.default_hex = fmt::format("{:02X}", count);
     object.entries.push_back(std::move(length));
     const auto* names = section(fmt::format("{:04x}name", object.index));
+    const auto* values = section(fmt::format("{:04x}value", object.index));
     for (unsigned n = 1; n <= count; ++n) {
       auto name = text(names, std::to_string(n));
       if (name.empty()) name = fmt::format("{}{}", object.name, n);
       add_entry(object, static_cast<std::uint8_t>(n), keys, std::move(name), false);
+      if (values != nullptr) add_compact_value(object, static_cast<std::uint8_t>(n), *values);
     }
+  }
+
+  /// Adds the value of the newest entry of an object, if it has this sub-index: a section as [1600Value] lists the
+  /// values of compact entries (CiA 306-1).
+  void add_compact_value(const Object& object, std::uint8_t subindex, const IniSection& values) {
+    if (object.entries.back().subindex != subindex) return;
+    bool adds_node_id = false;
+    const auto place = fmt::format("{:04X}h:{:02X}", object.index, subindex);
+    auto value = value_of(object.entries.back().type, values, std::to_string(subindex), place, adds_node_id);
+    if (!value.empty()) file_.values.push_back({{object.index, subindex}, std::move(value), adds_node_id});
   }
 
   void add_entries(Object& object, const IniSection& keys) {

@@ -149,6 +149,43 @@ TEST(EdsRead, ADcfHasValuesAndAPlace) {
 }
 
 /// What is wrong in a file costs only that part of it, and is named with its line.
+// As files of Technosoft, Elmo, Pilz and others have it: the section of the place in correct English with a node-ID of
+// 0, formulas with blanks, empty values, no object type, sub-indices in hexadecimal, fewer objects than announced,
+// values of compact entries in a section of their own, and configured values in a data sheet.
+TEST(EdsRead, VendorsWriteInTheirOwnWays) {
+  const auto file = read_sheet(
+      "[DeviceInfo]\nProductName=p\nNrOfRxPDO=3\n;LSS_Type=Server\n[Comments]\nLines=0\n"
+      "[DeviceCommissioning]\nNodeId=0\nBaudRate=0\n[DummyUsage]\nDummy001B=1\n"
+      "[MandatoryObjects]\nSupportedObjects=1\n1=0x1000\n"
+      "[1000]\nParameterName=Device type\nDenotation=\n;StorageLocation=RAM\nDataType=0x0007\nAccessType=ro\n"
+      "DefaultValue=0x60192\nParameterValue=0x60192\n"
+      "[ManufacturerObjects]\nSupportedObjects=2\n1=0x2000\n"
+      "[2000]\nParameterName=Range\nDataType=0x0004\nAccessType=rww\nDefaultValue=-20000\nPDOMapping=0x1\n"
+      "[OptionalObjects]\nSupportedObjects=5\n1=0x1001\n2=0x1014\n3=0x1003\n4=0x1600\n5=0x1028\n"
+      "[1001]\nParameterName=Error register\nDataType=0x0005\nAccessType=ro\nDefaultValue=\nParameterValue=\n"
+      "[1014]\nParameterName=EMCY\nDataType=0x0007\nAccessType=ro\nDefaultValue=$NODEID +0x80\n"
+      "[1003]\nParameterName=Errors\nObjectType=0x8\nSubNumber=0x2\n"
+      "[1003sub0]\nDataType=0x0005\nAccessType=rw\nDefaultValue=16\n"
+      "[1003sub10]\nParameterName=Oldest\nDataType=0x0007\nAccessType=ro\n"
+      "[1600]\nParameterName=RPDO\nObjectType=0x09\nDataType=0x0007\nAccessType=rw\nCompactSubObj=2\n"
+      "[1600Value]\nNrOfEntries=2\n1=0x20000110\n2=0x2000020G\n"
+      "[1028]\nParameterName=EMCY consumer\nObjectType=0x08\nDataType=0x0007\nAccessType=rw\n"
+      "DefaultValue=0x80000000\nCompactSubObj=127\n[1028Value]\nNrOfEntries=1\n3=$NODEID + 0x80\n");
+  EXPECT_FALSE(file.place);
+  EXPECT_EQ(file.default_hex({0x1014, 0}, 5), "85000000");
+  EXPECT_EQ(object_of(file, 0x1003).entries.at(1).subindex, 16);
+  EXPECT_EQ(object_of(file, 0x1028).entries.size(), 128U);
+  EXPECT_EQ(object_of(file, 0x1001).entries.at(0).default_hex, "");
+  const auto& range = object_of(file, 0x2000).entries.at(0);
+  EXPECT_EQ(range.default_hex, "E0B1FFFF");
+  EXPECT_TRUE(range.rx_mappable && !range.tx_mappable);
+  EXPECT_THAT(file.values,
+              ElementsAre(EdsValue{{0x1000, 0}, "92010600", false}, EdsValue{{0x1028, 3}, "80000000", true},
+                          EdsValue{{0x1600, 1}, "10010020", false}));
+  EXPECT_THAT(notes_of(file), ElementsAre(HasSubstr("7: NodeID is missing"),
+                                          HasSubstr("\"0x2000020G\", which is no value of its type")));
+}
+
 TEST(EdsRead, FaultsInAFileAreNoted) {
   struct Case {
     const char* object;
