@@ -22,6 +22,16 @@ void Bus::inject(const FrameFault& fault) {
   conditions_.faults.push_back(fault);
 }
 
+void Bus::withdraw(std::uint32_t number) {
+  std::erase_if(conditions_.faults, [number](const FrameFault& one) { return one.number == number; });
+}
+
+bool Bus::injected(std::uint32_t number) const noexcept {
+  const auto& faults = conditions_.faults;
+  return std::any_of(faults.begin(), faults.end(),
+                     [number](const FrameFault& one) { return one.number == number && one.count != 0; });
+}
+
 void Bus::cut(std::size_t behind) {
   take_apart();
   cuts_.insert(behind);
@@ -59,6 +69,7 @@ void Bus::arrange() {
 }
 
 nanoseconds Bus::next_event() const noexcept {
+  if (segments_.empty() && !controllers_.empty()) return now_;
   nanoseconds next = kNever;
   for (const Node* node : nodes_) next = std::min(next, node->next_wake());
   for (const Segment& segment : segments_) next = std::min(next, segment.next_event());

@@ -7,7 +7,7 @@ void Node::transmitted(const Frame& /*frame*/, nanoseconds /*now*/) {}
 void Node::error_state_changed(ErrorState /*state*/, nanoseconds /*now*/) {}
 
 Controller::Controller(Node& node, const ControllerOptions& options)
-    : node_(&node), options_(options), queue_(options.queue_capacity) {}
+    : node_(&node), options_(options), queue_(options.queue_capacity), bit_rate_(options.bit_rate) {}
 
 bool Controller::send(const Frame& frame) noexcept {
   return takes_part() && queue_.push(frame);
@@ -19,7 +19,23 @@ void Controller::recover(nanoseconds now) noexcept {
 
 void Controller::set_power(bool on) noexcept {
   powered_ = on;
-  if (on) return;
+  if (!on) forget();
+}
+
+void Controller::set_supply(bool on) noexcept {
+  supplied_ = on;
+  if (!on) forget();
+}
+
+void Controller::fail(nanoseconds now) {
+  if (!takes_part()) return;
+  const ErrorState before = errors_.state();
+  while (errors_.state() != ErrorState::kBusOff) errors_.transmit_error();
+  sending_.reset();
+  report(before, now);
+}
+
+void Controller::forget() noexcept {
   queue_.clear();
   sending_.reset();
   errors_.reset();

@@ -10,6 +10,7 @@ DoorStatistics& DoorStatistics::operator+=(const DoorStatistics& other) noexcept
   received += other.received;
   dropped += other.dropped;
   refused += other.refused;
+  missing += other.missing;
   return *this;
 }
 
@@ -35,6 +36,7 @@ void Door::leave() {
   controller_->set_bit_rate(bit_rate_);
   output_.clear();
   closing_ = false;
+  left();
 }
 
 std::size_t Door::room() const noexcept {
@@ -54,11 +56,12 @@ void Door::answer(std::string_view text) {
   if (output_.size() + text.size() <= kOutputBytes) output_ += text;
 }
 
-void Door::pass_on(std::string_view text) {
-  if (text.empty()) return;
+bool Door::pass_on(std::string_view text, std::uint64_t frames) {
+  if (text.empty()) return false;
   const bool room = output_.size() + text.size() <= kOutputBytes;
   if (room) output_ += text;
-  ++(room ? statistics_.received : statistics_.dropped);
+  (room ? statistics_.received : statistics_.dropped) += frames;
+  return room;
 }
 
 bool Door::take_overrun() noexcept {

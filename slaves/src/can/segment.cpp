@@ -55,7 +55,7 @@ bool Segment::is_sender(const Controller& node) const noexcept {
 }
 
 bool Segment::held_dominant() const noexcept {
-  return std::any_of(nodes_.begin(), nodes_.end(), [](const auto& node) { return node->powered_ && node->dominant_; });
+  return std::any_of(nodes_.begin(), nodes_.end(), [](const auto& node) { return node->powered() && node->dominant_; });
 }
 
 void Segment::wire_recessive(nanoseconds since) noexcept {
@@ -200,7 +200,7 @@ bool Segment::collide(std::size_t& bits, nanoseconds now) {
 /// Whether an error ends the frame: a fault, the cable, or a node with another bit rate.
 bool Segment::disturbed(const Transmission& transmission, std::size_t& bits) {
   if (FrameFault* fault = fault_of(transmission.frame, FrameFaultKind::kBitError); fault != nullptr) {
-    --fault->count;
+    fault->hit();
     bits = fault->bit;
     return true;
   }
@@ -228,15 +228,29 @@ bool Segment::acknowledged(const Transmission& transmission) const noexcept {
 
 FrameFault* Segment::fault_of(const Frame& frame, FrameFaultKind kind) const noexcept {
   auto& faults = conditions_->faults;
-  const auto found = std::find_if(faults.begin(), faults.end(),
-                                  [&](const FrameFault& fault) { return fault.kind == kind && fault.concerns(frame); });
+  const auto found = std::find_if(faults.begin(), faults.end(), [&](FrameFault& fault) {
+    return fault.kind == kind && fault.concerns(frame) && fault.strikes();
+  });
   return found == faults.end() ? nullptr : &*found;
+}
+
+void Segment::choose_losses(const Frame& frame) noexcept {
+  for (FrameFault& fault : conditions_->faults) {
+    fault.struck = fault.kind == FrameFaultKind::kLost && fault.concerns(frame) && fault.strikes();
+    if (fault.struck) fault.hit();
+  }
+}
+
+bool Segment::loses(std::size_t place) const noexcept {
+  const auto& faults = conditions_->faults;
+  return std::any_of(faults.begin(), faults.end(), [place](const FrameFault& fault) {
+    return fault.struck && fault.receiver.value_or(place) == place;
+  });
 }
 
 void Segment::deliver(const Transmission& transmission, nanoseconds now) {
   ++conditions_->statistics.frames;
-  FrameFault* lost = fault_of(transmission.frame, FrameFaultKind::kLost);
-  if (lost != nullptr) --lost->count;
+  choose_losses(transmission.frame);
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     Controller& node = *nodes_[i];
     if (!node.on_bus() || is_sender(node)) continue;
@@ -249,7 +263,7 @@ void Segment::deliver(const Transmission& transmission, nanoseconds now) {
     }
     node.errors_.received();
     node.report(before, now);
-    if (lost != nullptr && lost->receiver.value_or(first_ + i) == first_ + i) {
+    if (loses(first_ + i)) {
       ++conditions_->statistics.lost;
     } else {
       node.node_->receive(transmission.frame, now);

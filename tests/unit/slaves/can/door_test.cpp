@@ -201,7 +201,8 @@ TEST_F(SocketcandDoorTest, CommandsOutOfOrder) {
   EXPECT_EQ(say(door, "< send 123 0 >"), "< error no bus is open >");
   EXPECT_EQ(say(door, "<echo>"), "< echo >");
   EXPECT_EQ(say(door, "< open can0 >< open can0 >"), "< ok >< error a bus is open already >");
-  EXPECT_EQ(say(door, "< add 1 0 123 0 >"), "< error unknown command >");
+  EXPECT_EQ(say(door, "< muxfilter 0 0 123 0 >"), "< error unknown command >");
+  EXPECT_EQ(say(door, "< isotpmode >"), "< error ISO-TP is not supported >");
   EXPECT_EQ(say(door, "< send 123 9 >"), "< error syntax error in send command >");
   EXPECT_EQ(say(door, "<>noise< echo > send 123 0 >"), "< error unknown command >< echo >");
   EXPECT_EQ(say(door, "< send 123 2 11 22" + std::string(1 << 20, ' ')), "< error command too long >");

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 #include "driveline/canopen_wire/cob_id.hpp"
 
 namespace driveline::canopen {
@@ -20,6 +22,21 @@ enum class NmtState : std::uint8_t {
   kOperational = 5,
   kPreOperational = 127,
 };
+
+/// The name of a state for users; "unknown" for any other value. \rtsafe
+[[nodiscard]] constexpr std::string_view to_text(NmtState state) noexcept {
+  switch (state) {
+    case NmtState::kInitialising:
+      return "Initialising";
+    case NmtState::kStopped:
+      return "Stopped";
+    case NmtState::kOperational:
+      return "Operational";
+    case NmtState::kPreOperational:
+      return "Pre-operational";
+  }
+  return "unknown";
+}
 
 /// An NMT request, 2 bytes on identifier 0.
 struct NmtRequest {

@@ -28,11 +28,22 @@ class Bus {
   /// Figures since the start. \rtsafe
   [[nodiscard]] const BusStatistics& statistics() const noexcept { return conditions_.statistics; }
 
+  /// Returns the number of nodes.
+  [[nodiscard]] std::size_t size() const noexcept { return controllers_.size(); }
+  /// Returns the controller of the node at this place, counted from 0. Precondition: below size(). \rtsafe
+  [[nodiscard]] Controller& controller(std::size_t place) noexcept { return *controllers_[place]; }
+  /// Returns cable and terminators. \rtsafe
+  [[nodiscard]] const Wiring& wiring() const noexcept { return conditions_.wiring; }
+
   /// \name Faults
   /// @{
 
   /// Adds a fault of the next frames.
   void inject(const FrameFault& fault);
+  /// Ends the faults of frames with this number.
+  void withdraw(std::uint32_t number);
+  /// Whether a fault of frames with this number is still to come.
+  [[nodiscard]] bool injected(std::uint32_t number) const noexcept;
   /// Cuts the trunk behind the node at this place, counted from 0; an error frame ends a frame under way. Each piece
   /// has the terminator of its own end only.
   void cut(std::size_t behind);

@@ -35,11 +35,16 @@ class Controller {
   /// Error counters. \rtsafe
   [[nodiscard]] const ErrorCounters& errors() const noexcept { return errors_; }
   /// Takes part with another bit rate from the next frame on; a divisor of 10^9. \rtsafe
-  void set_bit_rate(std::uint32_t bit_rate) noexcept { options_.bit_rate = bit_rate; }
+  void set_bit_rate(std::uint32_t bit_rate) noexcept {
+    bit_rate_ = bit_rate;
+    options_.bit_rate = held_bit_rate_.value_or(bit_rate);
+  }
   /// Takes part as a listener only, or not, from the next frame on. \rtsafe
   void set_listen_only(bool on) noexcept { options_.listen_only = on; }
   /// Asks for the recovery from bus off; without effect in the other states. \rtsafe
   void recover(nanoseconds now) noexcept;
+  /// Whether transceiver and node have power. \rtsafe
+  [[nodiscard]] bool powered() const noexcept { return powered_ && supplied_; }
   /// Duration of a bit. \rtsafe
   [[nodiscard]] nanoseconds bit_time() const noexcept { return nanoseconds{1'000'000'000 / options_.bit_rate}; }
 
@@ -52,12 +57,23 @@ class Controller {
   void babble(const std::optional<Frame>& frame) noexcept { babble_ = frame; }
   /// The transceiver holds the bus dominant from the end of the frame under way on, or stops to.
   void hold_dominant(bool held) noexcept { dominant_ = held; }
+  /// Takes the supply of the node away, or gives it back. Without it the node is not there, whatever set_power() says.
+  void set_supply(bool on) noexcept;
+  /// The node takes part with this bit rate, a divisor of 10^9, whatever it was told; an empty value ends that.
+  void hold_bit_rate(std::optional<std::uint32_t> bit_rate) noexcept {
+    held_bit_rate_ = bit_rate;
+    options_.bit_rate = bit_rate.value_or(bit_rate_);
+  }
+  /// The node goes bus off, as after 32 errors of its own frames in a row.
+  void fail(nanoseconds now);
   /// @}
 
  private:
   friend class Segment;
 
-  [[nodiscard]] bool on_bus() const noexcept { return powered_ && errors_.state() != ErrorState::kBusOff; }
+  [[nodiscard]] bool on_bus() const noexcept { return powered() && errors_.state() != ErrorState::kBusOff; }
+  /// What a controller without power has lost.
+  void forget() noexcept;
   /// Whether it acknowledges and signals errors.
   [[nodiscard]] bool takes_part() const noexcept { return on_bus() && !options_.listen_only; }
   /// The frame with which it competes for the bus; nullptr: none.
@@ -80,7 +96,10 @@ class Controller {
   nanoseconds suspended_until_{0};  ///< error passive senders wait for 8 bits behind the interframe space
   std::optional<Frame> sending_;    ///< on the wire
   std::optional<Frame> babble_;
+  std::uint32_t bit_rate_;  ///< what the node was told
+  std::optional<std::uint32_t> held_bit_rate_;
   bool powered_ = true;
+  bool supplied_ = true;
   bool dominant_ = false;
 };
 

@@ -13,6 +13,7 @@ struct DoorStatistics {
   std::uint64_t received = 0;  ///< frames that were passed on to the client
   std::uint64_t dropped = 0;   ///< frames that the client has lost, because it does not read
   std::uint64_t refused = 0;   ///< commands and frames of the client that were not carried out
+  std::uint64_t missing = 0;   ///< packets of the client that did not arrive, by their sequence numbers
 
   /// Adds the figures of another door. \rtsafe
   DoorStatistics& operator+=(const DoorStatistics& other) noexcept;
@@ -39,8 +40,10 @@ class Door : public Node {
   virtual void input(std::string_view bytes, nanoseconds now) = 0;
   /// Bytes for the client.
   [[nodiscard]] std::string_view output() const noexcept { return output_; }
+  /// How many bytes of output() are to be sent at once: a packet, where the protocol has packets.
+  [[nodiscard]] virtual std::size_t piece() const noexcept { return output_.size(); }
   /// The client has been sent the first `bytes` of output().
-  void taken(std::size_t bytes) { output_.erase(0, bytes); }
+  virtual void taken(std::size_t bytes) { output_.erase(0, bytes); }
   /// Whether the connection is to be closed, after the output has been sent.
   [[nodiscard]] bool closing() const noexcept { return closing_; }
   /// Figures of all clients since the start. \rtsafe
@@ -58,9 +61,9 @@ class Door : public Node {
   bool send(const Frame& frame) noexcept;
   /// Appends an answer; it is lost when the output is full.
   void answer(std::string_view text);
-  /// Appends what tells of a frame; dropped and counted when the output is full. An empty text is no frame that the
-  /// client can be told of.
-  void pass_on(std::string_view text);
+  /// Appends what tells of a number of frames; false: they are dropped and counted, because the output is full. An
+  /// empty text is no frame that the client can be told of.
+  bool pass_on(std::string_view text, std::uint64_t frames = 1);
   /// Counts a command that was not carried out.
   void refuse() noexcept { ++statistics_.refused; }
   /// Whether frames were dropped since the last call.
@@ -69,6 +72,10 @@ class Door : public Node {
   void close() noexcept { closing_ = true; }
   /// Returns to the state of a new connection; what greets the client is answer()ed here.
   virtual void restart() = 0;
+  /// Ends what goes on by itself: the client has gone.
+  virtual void left() noexcept {}
+  /// Counts packets of the client that did not arrive.
+  void miss(std::uint64_t packets) noexcept { statistics_.missing += packets; }
 
  private:
   Controller* controller_ = nullptr;

@@ -61,6 +61,8 @@ class Segment {
   [[nodiscard]] bool disturbed(const Transmission& transmission, std::size_t& bits);
   [[nodiscard]] bool acknowledged(const Transmission& transmission) const noexcept;
   [[nodiscard]] FrameFault* fault_of(const Frame& frame, FrameFaultKind kind) const noexcept;
+  void choose_losses(const Frame& frame) noexcept;
+  [[nodiscard]] bool loses(std::size_t place) const noexcept;
   void deliver(const Transmission& transmission, nanoseconds now);
   void count_errors(const Transmission& transmission, nanoseconds now);
   [[nodiscard]] bool is_sender(const Controller& node) const noexcept;
