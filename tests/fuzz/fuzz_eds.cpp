@@ -1,11 +1,14 @@
 // Electronic data sheets. What is read must be writable, and the written file must stay the same when it is read again.
+// A device that is simulated from it must answer its master.
 
 #include <cstdlib>
 #include <string>
 
 #include "driveline/esi/eds_file.hpp"
+#include "driveline/slaves/canopen/eds_device.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
 #include "fuzz_target.hpp"
+#include "support/scripted_node.hpp"
 
 namespace driveline::fuzz {
 namespace {
@@ -14,6 +17,32 @@ Bytes bytes_of(std::string_view text) {
   Bytes bytes;
   for (const char c : text) bytes.push_back(static_cast<std::byte>(c));
   return bytes;
+}
+
+/// Starts the device with its default PDOs, and sends it what each of them may get.
+void check_device(const esi::EdsFile& file) {
+  using namespace std::chrono_literals;
+  using canopen::Frame;
+  auto model = slaves::cia301::EdsModel::create(file);
+  if (!model) {
+    if (describe(model.error()).empty()) std::abort();
+    return;
+  }
+  slaves::can::Bus bus;
+  slaves::can::ScriptedNode master;
+  slaves::cia301::EdsDevice device(*model, {.node_id = 3});
+  bus.attach(master);
+  bus.attach(device.device());
+  bus.advance(5ms);
+  const auto frame = [](std::uint32_t identifier, std::string_view payload) {
+    return Frame::of(identifier, bytes_test::hex(payload));
+  };
+  master.send_at(6ms, frame(0x000, "01 03"));
+  for (const std::uint32_t identifier : {0x203U, 0x303U, 0x403U, 0x503U, 0x080U}) {
+    master.send_at(7ms, frame(identifier, "FF 80 01 7F 55 AA 00 FF"));
+  }
+  master.send_at(20ms, frame(0x603, "40 18 10 01 00 00 00 00"));
+  bus.advance(60ms);
 }
 
 }  // namespace
@@ -26,6 +55,7 @@ void test_one_input(std::span<const std::byte> input) {
     if (file.error().problem.empty() || file.error().line == 0) std::abort();
     return;
   }
+  check_device(*file);
   const auto written = esi::write_eds(*file, "output.eds");
   const auto again = esi::read_eds(written, "output.eds");
   if (!again || !again->notes.empty() || esi::write_eds(*again, "output.eds") != written) std::abort();

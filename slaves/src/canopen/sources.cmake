@@ -1,6 +1,10 @@
+find_package(fmt REQUIRED)
 target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/application.cpp
   ${CMAKE_CURRENT_LIST_DIR}/device.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/eds_device.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/eds_model.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/eds_model_builder.cpp
   ${CMAKE_CURRENT_LIST_DIR}/emergency_service.cpp
   ${CMAKE_CURRENT_LIST_DIR}/entry.cpp
   ${CMAKE_CURRENT_LIST_DIR}/error_control.cpp
@@ -14,3 +18,4 @@ target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/store.cpp
   ${CMAKE_CURRENT_LIST_DIR}/sync_service.cpp
   ${CMAKE_CURRENT_LIST_DIR}/tpdo.cpp)
+target_link_libraries(driveline_slaves PRIVATE fmt::fmt)
