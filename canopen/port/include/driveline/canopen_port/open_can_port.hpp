@@ -1,0 +1,37 @@
+#pragma once
+
+#include <memory>
+#include <string_view>
+#include <tl/expected.hpp>
+
+#include "driveline/canopen_port/can_port.hpp"
+#include "driveline/canopen_port/can_port_error.hpp"
+#include "driveline/rt/clock.hpp"
+
+namespace driveline::canopen {
+
+/// Settings of a bus that the adapter is asked for when it is opened.
+struct CanPortOptions {
+  std::uint32_t bit_rate = 1'000'000;  ///< in bit/s: one of 10000, 20000, 50000, 100000, 125000, 250000, 500000, 800000,
+                                       ///< 1000000; adapters whose rate is set elsewhere ignore it
+  bool listen_only = false;            ///< receives without acknowledging, where the adapter can
+  bool error_frames = false;           ///< reports error frames, where the adapter can
+};
+
+/// Opens the port that `text` names; the clock must outlive the port.
+///
+/// | text | port |
+/// |---|---|
+/// | `can0`, `socketcan:can0` | interface of the kernel |
+/// | `slcan:/dev/ttyACM0` | serial adapter at a terminal |
+/// | `slcan:tcp:HOST:PORT` | the same protocol over TCP |
+/// | `socketcand:HOST:PORT/can0` | server of the protocol of socketcand |
+/// | `cannelloni:udp:HOST:PORT`, `cannelloni:tcp:HOST:PORT` | tunnel |
+///
+/// HOST is an IPv4 address or `localhost`. Errors: the text is none of these, the machine has no such interface,
+/// nobody listens there, the server refuses, the rate does not exist; each says what was expected.
+[[nodiscard]] tl::expected<std::unique_ptr<CanPort>, CanPortError> open_can_port(std::string_view text,
+                                                                                 const CanPortOptions& options,
+                                                                                 rt::Clock& clock);
+
+}  // namespace driveline::canopen
