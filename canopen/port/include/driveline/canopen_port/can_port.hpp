@@ -33,14 +33,17 @@ enum class BusState : std::uint8_t {
 
 /// Counters of a port since it was opened.
 struct PortStatistics {
-  std::uint64_t sent = 0;                     ///< frames that send() accepted
-  std::uint64_t received = 0;                 ///< frames that receive() returned, error frames included
-  std::uint64_t error_frames = 0;             ///< error frames among them
-  std::uint64_t lost = 0;                     ///< frames that the adapter or its connection says it lost
-  std::uint64_t malformed = 0;                ///< input that is no frame and no answer of the protocol; it was skipped
-  BusState state = BusState::kUnknown;        ///< as the adapter told it last
-  std::optional<std::uint8_t> send_errors;    ///< transmit error counter, where the adapter tells it
-  std::optional<std::uint8_t> receive_errors; ///< receive error counter, where the adapter tells it
+  std::uint64_t sent = 0;                      ///< frames that send() accepted
+  std::uint64_t received = 0;                  ///< frames that receive() returned, error frames included
+  std::uint64_t error_frames = 0;              ///< error frames among them
+  std::uint64_t lost = 0;                      ///< frames that the adapter or its connection says it lost
+  std::uint64_t malformed = 0;                 ///< input that is no frame and no answer of the protocol, frames of CAN
+                                               ///< FD among it; it was skipped
+  BusState state = BusState::kUnknown;         ///< as the adapter told it last
+  std::optional<std::uint8_t> send_errors;     ///< transmit error counter, where the adapter tells it
+  std::optional<std::uint8_t> receive_errors;  ///< receive error counter, where the adapter tells it
+  bool down = false;                           ///< the adapter or its connection is gone: send() gives kDown, and
+                                               ///< nothing comes any more
 };
 
 /// The only interface to a CAN bus. A CAN interface of the kernel, the adapters and servers that other programs speak
@@ -59,7 +62,8 @@ class CanPort {
   [[nodiscard]] virtual std::optional<ReceivedFrame> receive() noexcept = 0;
 
   /// Waits until a frame can be received or until `deadline` on the port's clock. Returns true when a frame can be
-  /// received. \rtsafe
+  /// received. Returns false before the deadline once, when the connection ends while it waits; afterwards it sleeps
+  /// until the deadline. \rtsafe
   virtual bool wait_readable(std::chrono::nanoseconds deadline) noexcept = 0;
 
   /// Returns the counters. \rtsafe

@@ -12,10 +12,10 @@ namespace driveline::canopen {
 
 /// Settings of a bus that the adapter is asked for when it is opened.
 struct CanPortOptions {
-  std::uint32_t bit_rate = 1'000'000;  ///< in bit/s: one of 10000, 20000, 50000, 100000, 125000, 250000, 500000, 800000,
-                                       ///< 1000000; adapters whose rate is set elsewhere ignore it
-  bool listen_only = false;            ///< receives without acknowledging, where the adapter can
-  bool error_frames = false;           ///< reports error frames, where the adapter can
+  std::uint32_t bit_rate = 1'000'000;  ///< in bit/s: one of 10000, 20000, 50000, 100000, 125000, 250000, 500000,
+                                       ///< 800000, 1000000; adapters whose rate is set elsewhere ignore it
+  bool listen_only = false;   ///< receives without acknowledging, where the adapter can
+  bool error_frames = false;  ///< reports error frames, where the adapter can
 };
 
 /// Opens the port that `text` names; the clock must outlive the port.
@@ -27,6 +27,7 @@ struct CanPortOptions {
 /// | `slcan:tcp:HOST:PORT` | the same protocol over TCP |
 /// | `socketcand:HOST:PORT/can0` | server of the protocol of socketcand |
 /// | `cannelloni:udp:HOST:PORT`, `cannelloni:tcp:HOST:PORT` | tunnel |
+/// | `cannelloni:udp:HOST:PORT:LOCAL` | tunnel whose far end sends to the local port LOCAL |
 ///
 /// HOST is an IPv4 address or `localhost`. Errors: the text is none of these, the machine has no such interface,
 /// nobody listens there, the server refuses, the rate does not exist; each says what was expected.
