@@ -21,7 +21,7 @@ extern char** environ;
 namespace driveline::bench {
 namespace {
 
-std::string content(const port::FileDescriptor& file) {
+std::string content(const rt::FileDescriptor& file) {
   std::string text;
   std::array<char, 4096> part{};
   lseek(file.get(), 0, SEEK_SET);
@@ -45,13 +45,13 @@ std::string first_line(const std::filesystem::path& file) {
 
 }  // namespace
 
-ChildProgram::ChildProgram(std::string name, port::FileDescriptor output, port::FileDescriptor errors)
+ChildProgram::ChildProgram(std::string name, rt::FileDescriptor output, rt::FileDescriptor errors)
     : name_(std::move(name)), output_(std::move(output)), errors_(std::move(errors)) {}
 
 std::unique_ptr<ChildProgram> ChildProgram::start(std::vector<std::string> words) {
   std::unique_ptr<ChildProgram> child(new ChildProgram(words[0],
-                                                       port::FileDescriptor{memfd_create("stdout", MFD_CLOEXEC)},
-                                                       port::FileDescriptor{memfd_create("stderr", MFD_CLOEXEC)}));
+                                                       rt::FileDescriptor{memfd_create("stdout", MFD_CLOEXEC)},
+                                                       rt::FileDescriptor{memfd_create("stderr", MFD_CLOEXEC)}));
   std::vector<char*> arguments;
   for (auto& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);

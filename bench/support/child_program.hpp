@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 
 namespace driveline::bench {
 
@@ -29,12 +29,12 @@ class ChildProgram {
   [[nodiscard]] std::string finish();
 
  private:
-  ChildProgram(std::string name, port::FileDescriptor output, port::FileDescriptor errors);
+  ChildProgram(std::string name, rt::FileDescriptor output, rt::FileDescriptor errors);
   void wait(int options) noexcept;
 
   std::string name_;
-  port::FileDescriptor output_;
-  port::FileDescriptor errors_;
+  rt::FileDescriptor output_;
+  rt::FileDescriptor errors_;
   pid_t process_ = -1;
   std::optional<int> status_;
 };

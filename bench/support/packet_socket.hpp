@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 
 namespace driveline::bench {
 
@@ -19,7 +19,7 @@ class PacketSocket {
   [[nodiscard]] int get() const noexcept { return socket_.get(); }
 
  private:
-  port::FileDescriptor socket_;
+  rt::FileDescriptor socket_;
 };
 
 }  // namespace driveline::bench

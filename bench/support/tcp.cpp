@@ -13,14 +13,13 @@
 #include <stdexcept>
 #include <thread>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "support/retry.hpp"
 
 namespace driveline::bench {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using port::FileDescriptor;
 
 constexpr std::uint16_t kEchoPort = 7;
 constexpr auto kWindow = std::chrono::milliseconds{100};
@@ -34,9 +33,9 @@ sockaddr_in make_address(const std::string& address, std::uint16_t port) {
   return at;
 }
 
-FileDescriptor connect_echo(const std::string& address) {
+rt::FileDescriptor connect_echo(const std::string& address) {
   const auto at = make_address(address, kEchoPort);
-  FileDescriptor socket{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+  rt::FileDescriptor socket{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
   const timeval patience{1, 0};
   ::setsockopt(socket.get(), SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
   if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0) return {};
@@ -67,7 +66,7 @@ void await_answer(const std::string& address, std::chrono::nanoseconds patience)
 
 std::vector<double> ping(const std::string& address, int count) {
   const auto at = make_address(address, 0);
-  const FileDescriptor socket{::socket(AF_INET, SOCK_RAW | SOCK_CLOEXEC, IPPROTO_ICMP)};
+  const rt::FileDescriptor socket{::socket(AF_INET, SOCK_RAW | SOCK_CLOEXEC, IPPROTO_ICMP)};
   if (!socket.valid()) throw std::runtime_error(fmt::format("no ICMP socket: {}", std::strerror(errno)));
   std::vector<double> round_trips;
   for (int i = 0; i < count; ++i) {
@@ -96,7 +95,7 @@ std::vector<double> ping(const std::string& address, int count) {
 }
 
 std::vector<double> echo_load(const std::vector<std::string>& addresses, std::chrono::nanoseconds duration) {
-  std::vector<FileDescriptor> sockets;
+  std::vector<rt::FileDescriptor> sockets;
   std::vector<pollfd> polled;
   for (const auto& address : addresses) {
     sockets.push_back(connect_echo(address));

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "xdp_program.hpp"
 
 namespace driveline::bench {
@@ -40,7 +40,7 @@ class XdpLoop {
   void map(int option, std::uint64_t page, std::size_t entry_bytes, Queue& queue);
   void give(std::uint64_t address) noexcept;
 
-  port::FileDescriptor socket_;
+  rt::FileDescriptor socket_;
   std::byte* frames_ = nullptr;
   Queue fill_;
   Queue completed_;

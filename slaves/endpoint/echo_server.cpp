@@ -15,7 +15,7 @@ constexpr int kBacklog = 16;
 }  // namespace
 
 Outcome<EchoServer> EchoServer::open() {
-  port::FileDescriptor listener{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
+  rt::FileDescriptor listener{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(kPort);
@@ -37,7 +37,7 @@ void EchoServer::wait_for(std::vector<pollfd>& descriptors) const {
 
 void EchoServer::serve() {
   while (connections_.size() < kMaxConnections) {
-    port::FileDescriptor socket{::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)};
+    rt::FileDescriptor socket{::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)};
     if (!socket.valid()) break;
     connections_.push_back({std::move(socket), {}});
   }

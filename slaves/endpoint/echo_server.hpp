@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "outcome.hpp"
 
 namespace driveline::endpoint {
@@ -27,15 +27,15 @@ class EchoServer {
   void serve();
 
  private:
-  explicit EchoServer(port::FileDescriptor listener) : listener_(std::move(listener)) {}
+  explicit EchoServer(rt::FileDescriptor listener) : listener_(std::move(listener)) {}
   struct Connection {
-    port::FileDescriptor socket;
+    rt::FileDescriptor socket;
     std::vector<std::byte> waiting;  ///< received but not yet sent back
   };
   /// Returns false when the connection has ended.
   [[nodiscard]] static bool serve(Connection& connection);
 
-  port::FileDescriptor listener_;
+  rt::FileDescriptor listener_;
   std::vector<Connection> connections_;
 };
 

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "cockpit.hpp"
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "driveline/slaves/endpoint/endpoint_protocol.hpp"
 #include "echo_server.hpp"
 #include "outcome.hpp"
@@ -37,7 +37,7 @@ class Endpoint {
   void forward_frames();
   void tell(slaves::EndpointMessage message, std::string_view text = {});
 
-  port::FileDescriptor socket_;
+  rt::FileDescriptor socket_;
   CockpitState state_;
   std::optional<VirtualWire> wire_;
   std::optional<EchoServer> echo_;

@@ -11,7 +11,7 @@
 
 #include <array>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 
 namespace driveline::endpoint {
 namespace {
@@ -20,7 +20,7 @@ constexpr unsigned kNobody = 65534;
 constexpr rlim_t kMaxFiles = 256;
 
 Outcome<void> write_file(const char* path, const std::string& text) {
-  const port::FileDescriptor file{::open(path, O_WRONLY | O_CLOEXEC)};
+  const rt::FileDescriptor file{::open(path, O_WRONLY | O_CLOEXEC)};
   const bool done = file.valid() && ::write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size());
   if (!done) return failed(path);
   return {};

@@ -28,7 +28,6 @@
 namespace driveline::endpoint {
 namespace {
 
-using port::FileDescriptor;
 using slaves::EndpointAddress;
 
 constexpr const char* kStackEnd = "eoe0";
@@ -61,7 +60,7 @@ Outcome<void> run_ip(std::initializer_list<const char*> arguments) {
 
 /// Prevents automatic addresses, and thus unsolicited traffic.
 void switch_ipv6_off() noexcept {
-  const FileDescriptor file{::open("/proc/sys/net/ipv6/conf/default/disable_ipv6", O_WRONLY | O_CLOEXEC)};
+  const rt::FileDescriptor file{::open("/proc/sys/net/ipv6/conf/default/disable_ipv6", O_WRONLY | O_CLOEXEC)};
   if (file.valid()) static_cast<void>(::write(file.get(), "1", 1));
 }
 
@@ -86,8 +85,8 @@ Outcome<void> switch_offloads_off(int control) {
   return {};
 }
 
-Outcome<FileDescriptor> open_packets() {
-  FileDescriptor packets{::socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
+Outcome<rt::FileDescriptor> open_packets() {
+  rt::FileDescriptor packets{::socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
   if (!packets.valid()) return failed("a packet socket cannot be opened");
   const int on = 1;
   static_cast<void>(::setsockopt(packets.get(), SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on));
@@ -145,7 +144,7 @@ Outcome<VirtualWire> VirtualWire::open() {
   switch_ipv6_off();
   auto made = run_ip({"link", "add", kStackEnd, "type", "veth", "peer", "name", kWireEnd});
   if (!made) return tl::unexpected(made.error());
-  FileDescriptor control{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+  rt::FileDescriptor control{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
   const int number = control.get();
   const auto ready = switch_offloads_off(number)
                          .and_then([&] { return take_up(number, "lo", 0); })
@@ -153,7 +152,7 @@ Outcome<VirtualWire> VirtualWire::open() {
                          .and_then([&] { return take_up(number, kStackEnd, 0); });
   if (!ready) return tl::unexpected(ready.error());
   return open_packets().map(
-      [&](FileDescriptor&& packets) { return VirtualWire(std::move(control), std::move(packets)); });
+      [&](rt::FileDescriptor&& packets) { return VirtualWire(std::move(control), std::move(packets)); });
 }
 
 /// Setting the address removes the routes of the previous one.

@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "driveline/slaves/endpoint/endpoint_protocol.hpp"
 #include "outcome.hpp"
 
@@ -27,11 +27,11 @@ class VirtualWire {
   [[nodiscard]] int descriptor() const noexcept { return packets_.get(); }
 
  private:
-  VirtualWire(port::FileDescriptor control, port::FileDescriptor packets)
+  VirtualWire(rt::FileDescriptor control, rt::FileDescriptor packets)
       : control_(std::move(control)), packets_(std::move(packets)) {}
 
-  port::FileDescriptor control_;  ///< socket for settings
-  port::FileDescriptor packets_;
+  rt::FileDescriptor control_;  ///< socket for settings
+  rt::FileDescriptor packets_;
 };
 
 }  // namespace driveline::endpoint

@@ -18,8 +18,6 @@
 
 namespace driveline::cli {
 
-using port::FileDescriptor;
-
 namespace {
 
 /// Large enough for a piece of a path with many moves, bytes.
@@ -43,8 +41,8 @@ const sockaddr* generic(const sockaddr_un& address) noexcept {
   return reinterpret_cast<const sockaddr*>(&address);
 }
 
-FileDescriptor make_socket(int flags = 0) {
-  return FileDescriptor{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | flags, 0)};
+rt::FileDescriptor make_socket(int flags = 0) {
+  return rt::FileDescriptor{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | flags, 0)};
 }
 
 /// Repeats a system call until no signal interrupts it. Calls on a socket with a time limit are interrupted even by
@@ -56,7 +54,7 @@ auto uninterrupted(Call call) {
   return result;
 }
 
-bool connect_to(const FileDescriptor& socket, const sockaddr_un& address) {
+bool connect_to(const rt::FileDescriptor& socket, const sockaddr_un& address) {
   return socket.valid() &&
          uninterrupted([&] { return ::connect(socket.get(), generic(address), sizeof address); }) == 0;
 }
@@ -112,8 +110,8 @@ tl::unexpected<Failure> silent(const std::string& path, std::string_view listene
 }
 
 /// The error for a failed attempt to connect; call it right after the attempt, while errno is valid.
-tl::unexpected<Failure> unreachable(const std::string& path, std::string_view listener, const FileDescriptor& socket,
-                                    std::chrono::milliseconds timeout) {
+tl::unexpected<Failure> unreachable(const std::string& path, std::string_view listener,
+                                    const rt::FileDescriptor& socket, std::chrono::milliseconds timeout) {
   if (socket.valid() && timed_out()) return silent(path, listener, socket.get(), timeout);
   return failed(fmt::format("{}: cannot be reached: {}; driveline {} --control {} listens there", path,
                             std::strerror(errno), listener, path));
@@ -211,7 +209,7 @@ bool CommandInput::make_room() {
 
 void CommandInput::accept_clients(CommandExecutor& executor) {
   for (;;) {
-    FileDescriptor socket{::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)};
+    rt::FileDescriptor socket{::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)};
     if (!socket.valid()) {
       if (!reserve_.turn_away(listener_.get(), kNoDescriptor)) std::this_thread::sleep_for(kDescriptorPause);
       return;

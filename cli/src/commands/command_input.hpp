@@ -11,7 +11,7 @@
 
 #include "axes/command_sender.hpp"
 #include "driveline/port/descriptor_reserve.hpp"
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "failure.hpp"
 
 namespace driveline::cli {
@@ -69,7 +69,7 @@ class CommandInput {
 
   /// A client at the socket: sends a command, then receives the answer; repeatedly if it stays.
   struct Client {
-    port::FileDescriptor socket;
+    rt::FileDescriptor socket;
     CommandSender sender;
     std::string received;   ///< bytes of the command so far
     std::string answer;     ///< bytes still to be sent
@@ -82,7 +82,7 @@ class CommandInput {
   static void send_answer(Client& client);
 
   std::string path_;
-  port::FileDescriptor listener_;
+  rt::FileDescriptor listener_;
   port::DescriptorReserve reserve_;
   std::vector<Client> clients_;  ///< in the order of connection
   std::uint64_t connections_ = 0;
@@ -102,12 +102,12 @@ class CommandConnection {
   [[nodiscard]] Outcome<std::string> ask(std::string_view command);
 
  private:
-  CommandConnection(std::string path, std::string_view listener, port::FileDescriptor socket)
+  CommandConnection(std::string path, std::string_view listener, rt::FileDescriptor socket)
       : path_(std::move(path)), listener_(listener), socket_(std::move(socket)) {}
 
   std::string path_;
   std::string listener_;
-  port::FileDescriptor socket_;
+  rt::FileDescriptor socket_;
 };
 
 /// Time-out for an answer at a socket: far longer than any line needs.

@@ -32,7 +32,7 @@ nanoseconds unix_time_of_zero_now(const rt::Clock& clock) {
 
 tl::expected<std::unique_ptr<CapturePort>, PortError> CapturePort::open(Port& inner, const rt::Clock& clock,
                                                                         const CaptureConfig& config) {
-  FileDescriptor file{::open(config.file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)};
+  rt::FileDescriptor file{::open(config.file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)};
   if (!file.valid()) return tl::unexpected(file_error(config.file, "create", errno));
 
   // Not make_unique: the constructor is private.
@@ -49,7 +49,7 @@ tl::expected<std::unique_ptr<CapturePort>, PortError> CapturePort::open(Port& in
   return port;
 }
 
-CapturePort::CapturePort(Port& inner, const rt::Clock& clock, const CaptureConfig& config, FileDescriptor file)
+CapturePort::CapturePort(Port& inner, const rt::Clock& clock, const CaptureConfig& config, rt::FileDescriptor file)
     : inner_{inner},
       clock_{clock},
       path_{config.file},

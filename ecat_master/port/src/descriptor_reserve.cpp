@@ -8,8 +8,8 @@
 namespace driveline::port {
 namespace {
 
-FileDescriptor open_spare() noexcept {
-  return FileDescriptor{::open("/dev/null", O_RDONLY | O_CLOEXEC)};
+rt::FileDescriptor open_spare() noexcept {
+  return rt::FileDescriptor{::open("/dev/null", O_RDONLY | O_CLOEXEC)};
 }
 
 /// Whether the system call that failed last found no free descriptor.
@@ -27,7 +27,7 @@ bool DescriptorReserve::turn_away(int listener, std::string_view farewell) noexc
   bool possible = true;
   {
     // Linux looks for a free descriptor before it looks for a connection, so there may be none.
-    const FileDescriptor client{::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)};
+    const rt::FileDescriptor client{::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)};
     possible = client.valid() || !none_left();
     if (client.valid() && !farewell.empty()) {
       [[maybe_unused]] const auto sent = ::send(client.get(), farewell.data(), farewell.size(), MSG_NOSIGNAL);

@@ -14,7 +14,7 @@ namespace driveline::port {
 
 tl::expected<std::unique_ptr<FrameWaiter>, PortError> FrameWaiter::open(const RawSocketPort& first,
                                                                         const RawSocketPort* second) {
-  FileDescriptor timer{timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)};
+  rt::FileDescriptor timer{timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)};
   if (!timer.valid()) {
     return tl::unexpected(
         PortError{PortErrorCode::kSystem, errno, std::string("No timer to wait with: ") + std::strerror(errno)});

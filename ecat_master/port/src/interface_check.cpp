@@ -6,8 +6,8 @@
 
 #include <cerrno>
 
-#include "driveline/port/file_descriptor.hpp"
 #include "driveline/port/xdp_port.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "network_interface.hpp"
 #include "xdp_program.hpp"
 
@@ -126,7 +126,7 @@ rt::RealtimeItem inspect_xdp(const std::string& interface, bool needed) {
   auto item = fine("AF_XDP", needed ? "allowed" : "not requested", "allowed");
   std::string consequence = "port = \"xdp\" is refused, with policy = \"degrade\" a packet socket is used instead";
   std::string remedy = kGrantXdpCapabilities;
-  const FileDescriptor socket{::socket(AF_XDP, SOCK_RAW | SOCK_CLOEXEC, 0)};
+  const rt::FileDescriptor socket{::socket(AF_XDP, SOCK_RAW | SOCK_CLOEXEC, 0)};
   if (!socket.valid()) {
     item.error_number = errno;
     item.effective = item.error_number == EAFNOSUPPORT ? "not in this kernel (CONFIG_XDP_SOCKETS)" : "refused";
@@ -149,7 +149,7 @@ rt::RealtimeItem inspect_xdp(const std::string& interface, bool needed) {
 
 rt::RealtimeItem inspect_raw_socket() {
   auto item = fine("raw sockets", "allowed", "allowed");
-  const FileDescriptor socket{::socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, 0)};
+  const rt::FileDescriptor socket{::socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, 0)};
   if (socket.valid()) return item;
   item.error_number = errno;
   item.effective = "refused";

@@ -14,8 +14,8 @@
 #include <filesystem>
 #include <memory>
 
-#include "driveline/port/file_descriptor.hpp"
 #include "driveline/port/interface_check.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "network_interface.hpp"
 
 namespace driveline::port {
@@ -101,7 +101,7 @@ std::vector<std::string> addresses_of(const std::string& name) {
 tl::expected<InterfaceFacts, PortError> read_interface_facts(const std::string& name) {
   const auto interface = find_interface(name);
   if (!interface) return tl::unexpected(interface.error());
-  const FileDescriptor socket{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+  const rt::FileDescriptor socket{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
   if (!socket.valid()) return system_failure("Cannot ask the kernel about interface " + quoted(name), errno);
   InterfaceFacts facts;
   facts.name = name;

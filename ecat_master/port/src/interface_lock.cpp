@@ -39,8 +39,8 @@ struct AbstractAddress {
   [[nodiscard]] const sockaddr* generic() const noexcept { return reinterpret_cast<const sockaddr*>(&address); }
 };
 
-FileDescriptor lock_socket() {
-  return FileDescriptor{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
+rt::FileDescriptor lock_socket() {
+  return rt::FileDescriptor{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
 }
 
 /// Inode of the socket with that name from the kernel's table; empty when there is none.

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "network_interface.hpp"
 
 namespace driveline::port {
@@ -71,7 +71,7 @@ struct Question {
 
 /// All answers of the kernel to a query for the queueing disciplines of an interface, concatenated.
 tl::expected<std::vector<std::byte>, int> ask_for_disciplines(int interface_index) {
-  const FileDescriptor socket{::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE)};
+  const rt::FileDescriptor socket{::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE)};
   if (!socket.valid()) return tl::unexpected(errno);
   Question question;
   question.header.nlmsg_len = sizeof question;

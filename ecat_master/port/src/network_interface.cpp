@@ -10,7 +10,7 @@
 #include <memory>
 #include <system_error>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 
 namespace driveline::port {
 
@@ -70,7 +70,7 @@ tl::expected<NetworkInterface, PortError> find_interface(const std::string& name
                                                     std::to_string(kMaxInterfaceName) + " characters, see `ip link`.");
   }
   // Any socket answers queries about interfaces; this kind needs neither privileges nor a network.
-  const FileDescriptor socket{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+  const rt::FileDescriptor socket{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
   if (!socket.valid()) return system_failure("Cannot ask the kernel about interface " + quoted(name), errno);
 
   const auto interface = query_interface(socket.get(), name);

@@ -34,8 +34,8 @@ constexpr nanoseconds kLongestWait = std::chrono::seconds{1};
 
 /// Opens the packet socket. Protocol 0 receives nothing until the socket is bound: no frame of another interface gets
 /// into its queue.
-tl::expected<FileDescriptor, PortError> open_socket(const std::string& interface) {
-  FileDescriptor socket{::socket(AF_PACKET, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
+tl::expected<rt::FileDescriptor, PortError> open_socket(const std::string& interface) {
+  rt::FileDescriptor socket{::socket(AF_PACKET, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
   if (socket.valid()) return socket;
   const int error_number = errno;
   if (error_number == EPERM || error_number == EACCES) {
@@ -126,7 +126,7 @@ tl::expected<std::unique_ptr<RawSocketPort>, PortError> RawSocketPort::open(cons
       new RawSocketPort{std::move(*socket), std::move(ring), config, interface->index, interface->mac, clock}};
 }
 
-RawSocketPort::RawSocketPort(FileDescriptor socket, std::optional<ReceiveRing> ring, const RawSocketConfig& config,
+RawSocketPort::RawSocketPort(rt::FileDescriptor socket, std::optional<ReceiveRing> ring, const RawSocketConfig& config,
                              int index, const wire::MacAddress& mac, const rt::Clock& clock)
     : socket_{std::move(socket)},
       ring_{std::move(ring)},

@@ -176,7 +176,7 @@ tl::expected<std::unique_ptr<XdpPort>, PortError> XdpPort::try_mode(XdpMode mode
                                                                     rt::Clock& clock) {
   const auto found = find_usable_interface(interface);
   if (!found) return tl::unexpected(found.error());
-  FileDescriptor asking{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+  rt::FileDescriptor asking{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
   if (!asking.valid()) return system_failure("Cannot ask the kernel about interface " + quoted(interface), errno);
   const std::size_t mtu = mtu_of(asking.get(), interface);
   auto socket = XdpSocket::open(found->index, mode == XdpMode::kZeroCopy);
@@ -194,7 +194,7 @@ tl::expected<std::unique_ptr<XdpPort>, PortError> XdpPort::try_mode(XdpMode mode
   return port;
 }
 
-XdpPort::XdpPort(std::unique_ptr<XdpSocket> socket, std::unique_ptr<XdpProgram> program, FileDescriptor asking,
+XdpPort::XdpPort(std::unique_ptr<XdpSocket> socket, std::unique_ptr<XdpProgram> program, rt::FileDescriptor asking,
                  std::string interface, int index, rt::Clock& clock) noexcept
     : socket_{std::move(socket)},
       program_{std::move(program)},
@@ -297,7 +297,7 @@ XdpStatistics XdpPort::statistics() const noexcept {
 bool has_xdp_program(const std::string& interface) {
   const unsigned index = if_nametoindex(interface.c_str());
   if (index == 0) return false;
-  const FileDescriptor socket{::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE)};
+  const rt::FileDescriptor socket{::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE)};
   if (!socket.valid()) return false;
   struct {
     nlmsghdr header{};

@@ -29,13 +29,13 @@ int bpf(int command, bpf_attr& attributes) noexcept {
   return static_cast<int>(syscall(SYS_bpf, command, &attributes, sizeof attributes));
 }
 
-FileDescriptor make_socket_map() noexcept {
+rt::FileDescriptor make_socket_map() noexcept {
   bpf_attr attributes{};
   attributes.map_type = BPF_MAP_TYPE_XSKMAP;
   attributes.key_size = sizeof(std::uint32_t);
   attributes.value_size = sizeof(std::uint32_t);
   attributes.max_entries = 1;
-  return FileDescriptor{bpf(BPF_MAP_CREATE, attributes)};
+  return rt::FileDescriptor{bpf(BPF_MAP_CREATE, attributes)};
 }
 
 bool put_socket(int map, int socket) noexcept {
@@ -85,7 +85,7 @@ bpf_insn jump_unless_type(unsigned value, std::uint16_t type, std::int16_t skip)
   return instruction(BPF_JMP | BPF_JNE | BPF_K, value, 0, skip, htons(type));
 }
 
-FileDescriptor load_program(int map) noexcept {
+rt::FileDescriptor load_program(int map) noexcept {
   // A call takes its arguments from registers 1 to 3; registers from 6 on keep their values.
   constexpr unsigned kResult = BPF_REG_0;
   constexpr unsigned kFirst = BPF_REG_1;
@@ -128,18 +128,18 @@ FileDescriptor load_program(int map) noexcept {
   attributes.insns = reinterpret_cast<std::uintptr_t>(program.data());
   attributes.license = reinterpret_cast<std::uintptr_t>("");
   kName.copy(attributes.prog_name, sizeof attributes.prog_name - 1);
-  return FileDescriptor{bpf(BPF_PROG_LOAD, attributes)};
+  return rt::FileDescriptor{bpf(BPF_PROG_LOAD, attributes)};
 }
 
 /// Retries for three seconds: the kernel detaches the program of a closed port later, when its work queues get to it.
-FileDescriptor link_program(int program, int interface_index, bool generic) noexcept {
+rt::FileDescriptor link_program(int program, int interface_index, bool generic) noexcept {
   bpf_attr attributes{};
   attributes.link_create.prog_fd = static_cast<std::uint32_t>(program);
   attributes.link_create.target_ifindex = static_cast<std::uint32_t>(interface_index);
   attributes.link_create.attach_type = BPF_XDP;
   attributes.link_create.flags = generic ? XDP_FLAGS_SKB_MODE : XDP_FLAGS_DRV_MODE;
   for (int attempt = 0;; ++attempt) {
-    FileDescriptor link{bpf(BPF_LINK_CREATE, attributes)};
+    rt::FileDescriptor link{bpf(BPF_LINK_CREATE, attributes)};
     if (link.valid() || errno != EBUSY || attempt == 300) return link;
     std::this_thread::sleep_for(std::chrono::milliseconds{10});
   }

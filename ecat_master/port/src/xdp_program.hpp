@@ -2,7 +2,7 @@
 
 #include <tl/expected.hpp>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 
 namespace driveline::port {
 
@@ -24,12 +24,12 @@ class XdpProgram {
   [[nodiscard]] static int try_load();
 
  private:
-  XdpProgram(FileDescriptor map, FileDescriptor program, FileDescriptor link) noexcept
+  XdpProgram(rt::FileDescriptor map, rt::FileDescriptor program, rt::FileDescriptor link) noexcept
       : map_(std::move(map)), program_(std::move(program)), link_(std::move(link)) {}
 
-  FileDescriptor map_;
-  FileDescriptor program_;
-  FileDescriptor link_;
+  rt::FileDescriptor map_;
+  rt::FileDescriptor program_;
+  rt::FileDescriptor link_;
 };
 
 }  // namespace driveline::port

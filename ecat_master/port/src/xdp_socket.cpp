@@ -70,7 +70,7 @@ XdpMapping::~XdpMapping() {
 tl::expected<XdpSocket, XdpRefusal> XdpSocket::open(int interface_index, bool zero_copy) {
   const auto refused = [](XdpRefusal::Step step) { return tl::unexpected(XdpRefusal{step, errno}); };
   XdpSocket result;
-  result.socket_ = FileDescriptor{::socket(AF_XDP, SOCK_RAW | SOCK_CLOEXEC, 0)};
+  result.socket_ = rt::FileDescriptor{::socket(AF_XDP, SOCK_RAW | SOCK_CLOEXEC, 0)};
   if (!result.socket_.valid()) return refused(XdpRefusal::Step::kSocket);
   const int socket = result.socket_.get();
 

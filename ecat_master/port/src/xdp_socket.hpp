@@ -9,7 +9,7 @@
 #include <tl/expected.hpp>
 #include <utility>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "xdp_program.hpp"
 
 namespace driveline::port {
@@ -82,7 +82,7 @@ class XdpSocket {
   void reclaim() noexcept;
   [[nodiscard]] std::byte* frame_at(std::uint64_t address) const noexcept;
 
-  FileDescriptor socket_;
+  rt::FileDescriptor socket_;
   bool zero_copy_ = false;
   XdpMapping frames_;
   XdpQueue fill_;

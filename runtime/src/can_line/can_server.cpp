@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "can_line/terminal.hpp"
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "driveline/runtime/eoe/ip_network.hpp"
 #include "driveline/slaves/can/slcan_door.hpp"
 #include "driveline/slaves/can/socketcand_door.hpp"
@@ -43,15 +43,15 @@ nanoseconds since_1970() {
 /// A place for a client; without one its door is closed.
 struct CanServer::Client {
   std::unique_ptr<Door> door;
-  int descriptor = -1;            ///< -1: nobody is there
-  port::FileDescriptor socket{};  ///< owns `descriptor` of a TCP client
-  short ready = 0;                ///< events of the last wait
+  int descriptor = -1;          ///< -1: nobody is there
+  rt::FileDescriptor socket{};  ///< owns `descriptor` of a TCP client
+  short ready = 0;              ///< events of the last wait
 };
 
 /// A listening socket, or a terminal.
 struct CanServer::Entrance {
   std::string place;
-  port::FileDescriptor listener{};
+  rt::FileDescriptor listener{};
   std::optional<Terminal> terminal{};
   std::vector<Client> clients{};
   bool ready = false;  ///< somebody wants to come in
@@ -140,7 +140,7 @@ void CanServer::turn(nanoseconds longest) {
 
 /// A client that finds all places taken is sent away.
 void CanServer::accept(Entrance& entrance) {
-  port::FileDescriptor socket{::accept4(entrance.listener.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)};
+  rt::FileDescriptor socket{::accept4(entrance.listener.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)};
   if (!socket.valid()) return;
   const auto free = std::find_if(entrance.clients.begin(), entrance.clients.end(),
                                  [](const Client& client) { return client.descriptor < 0; });

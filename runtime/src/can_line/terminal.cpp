@@ -37,7 +37,7 @@ bool is_left_over(const fs::path& link) {
 
 }  // namespace
 
-Terminal::Terminal(port::FileDescriptor near_end, port::FileDescriptor far_end, fs::path link)
+Terminal::Terminal(rt::FileDescriptor near_end, rt::FileDescriptor far_end, fs::path link)
     : near_end_(std::move(near_end)), far_end_(std::move(far_end)), link_(std::move(link)) {}
 
 Terminal::Terminal(Terminal&& other) noexcept
@@ -50,13 +50,13 @@ Terminal::~Terminal() {
 }
 
 Result<Terminal> Terminal::open(const fs::path& link) {
-  port::FileDescriptor near_end{::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)};
+  rt::FileDescriptor near_end{::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)};
   std::array<char, 64> name{};
   if (!near_end.valid() || ::grantpt(near_end.get()) != 0 || ::unlockpt(near_end.get()) != 0 ||
       ::ptsname_r(near_end.get(), name.data(), name.size()) != 0) {
     return no_terminal(link, "no terminal can be made");
   }
-  port::FileDescriptor far_end{::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC)};
+  rt::FileDescriptor far_end{::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC)};
   if (!far_end.valid() || !make_raw(far_end.get())) return no_terminal(link, "the terminal cannot be set up");
   if (is_left_over(link)) ::unlink(link.c_str());
   if (::symlink(name.data(), link.c_str()) != 0) return no_terminal(link, "no link to the terminal can be made");

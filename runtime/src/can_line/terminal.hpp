@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "driveline/runtime/error.hpp"
 
 namespace driveline::runtime {
@@ -21,11 +21,10 @@ class Terminal {
   [[nodiscard]] int near_end() const noexcept { return near_end_.get(); }
 
  private:
-  Terminal(port::FileDescriptor near_end, port::FileDescriptor far_end, std::filesystem::path link);
+  Terminal(rt::FileDescriptor near_end, rt::FileDescriptor far_end, std::filesystem::path link);
 
-  port::FileDescriptor near_end_;
-  port::FileDescriptor
-      far_end_;                 ///< kept open: without it the near end reports a hang-up until somebody opens the link
+  rt::FileDescriptor near_end_;
+  rt::FileDescriptor far_end_;  ///< kept open: without it the near end reports a hang-up until somebody opens the link
   std::filesystem::path link_;  ///< empty: moved away
 };
 

@@ -65,7 +65,7 @@ bool take_up(int socket, const std::string& name) {
 }
 
 /// Returns the descriptor of "fd:N", and the name of its interface.
-Result<std::pair<port::FileDescriptor, std::string>> handed_over(const std::string& name) {
+Result<std::pair<rt::FileDescriptor, std::string>> handed_over(const std::string& name) {
   int number = -1;
   const auto* first = name.data() + kHandedOver.size();
   const auto* last = name.data() + name.size();
@@ -74,7 +74,7 @@ Result<std::pair<port::FileDescriptor, std::string>> handed_over(const std::stri
   }
   const int own = ::fcntl(number, F_DUPFD_CLOEXEC, 3);
   if (own < 0) return refuse(name, fmt::format("there is no open descriptor {}", number));
-  port::FileDescriptor file{own};
+  rt::FileDescriptor file{own};
   ifreq request{};
   if (::ioctl(own, TUNGETIFF, &request) != 0) return refuse(name, "the descriptor is not that of a TAP interface");
   constexpr int kWanted = IFF_TAP | IFF_NO_PI;
@@ -82,11 +82,11 @@ Result<std::pair<port::FileDescriptor, std::string>> handed_over(const std::stri
   return std::pair{std::move(file), std::string(request.ifr_name)};
 }
 
-Result<std::pair<port::FileDescriptor, std::string>> open_by_name(const std::string& name) {
+Result<std::pair<rt::FileDescriptor, std::string>> open_by_name(const std::string& name) {
   if (name.empty() || name.size() >= IFNAMSIZ) {
     return refuse(name, fmt::format("the name of an interface has 1 to {} characters", IFNAMSIZ - 1));
   }
-  port::FileDescriptor file{::open(kTun, O_RDWR | O_CLOEXEC)};
+  rt::FileDescriptor file{::open(kTun, O_RDWR | O_CLOEXEC)};
   if (!file.valid()) {
     const int error = errno;
     const auto* hint = error == ENOENT || error == ENODEV ? "; `modprobe tun` creates it"
@@ -127,7 +127,7 @@ Result<std::unique_ptr<TapDevice>> TapDevice::open(const std::string& name, cons
 }
 
 Result<void> TapDevice::set_up(const IpNetwork& address) const {
-  const port::FileDescriptor socket{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+  const rt::FileDescriptor socket{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
   if (has_address(socket.get(), name_, address)) return {};
   const bool done = set_address(socket.get(), name_, SIOCSIFADDR, address.address) &&
                     set_address(socket.get(), name_, SIOCSIFNETMASK, address.mask()) && take_up(socket.get(), name_);

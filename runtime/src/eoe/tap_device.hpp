@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "driveline/runtime/eoe/ethernet_switch.hpp"
 #include "driveline/runtime/eoe/ip_network.hpp"
 #include "driveline/runtime/error.hpp"
@@ -30,10 +30,10 @@ class TapDevice final : public SwitchedDevice {
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
  private:
-  TapDevice(port::FileDescriptor file, std::string name) : file_(std::move(file)), name_(std::move(name)) {}
+  TapDevice(rt::FileDescriptor file, std::string name) : file_(std::move(file)), name_(std::move(name)) {}
   [[nodiscard]] Result<void> set_up(const IpNetwork& address) const;
 
-  port::FileDescriptor file_;
+  rt::FileDescriptor file_;
   std::string name_;
   std::array<std::byte, 2048> buffer_{};
 };

@@ -67,7 +67,7 @@ Result<void> write_file(const std::filesystem::path& file, std::string_view cont
 
 Result<FolderLock> FolderLock::take(const std::filesystem::path& folder) {
   FolderLock lock;
-  lock.folder_ = port::FileDescriptor{::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
+  lock.folder_ = rt::FileDescriptor{::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
   if (lock.folder_.valid() && ::flock(lock.folder_.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     return fail(ErrorKind::kFolderBusy, "another run is writing into this folder", folder.string());
   }

@@ -27,8 +27,8 @@ sockaddr* generic(sockaddr_in& address) noexcept {
   return reinterpret_cast<sockaddr*>(&address);
 }
 
-port::FileDescriptor bound_socket(int type, sockaddr_in& address) {
-  port::FileDescriptor socket{::socket(AF_INET, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
+rt::FileDescriptor bound_socket(int type, sockaddr_in& address) {
+  rt::FileDescriptor socket{::socket(AF_INET, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
   const int yes = 1;
   if (type == SOCK_STREAM) ::setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   if (::bind(socket.get(), generic(address), sizeof address) != 0) return {};
@@ -39,7 +39,7 @@ port::FileDescriptor bound_socket(int type, sockaddr_in& address) {
 
 }  // namespace
 
-port::FileDescriptor listen_at(const wire::IpV4Address& address, std::uint16_t& port) {
+rt::FileDescriptor listen_at(const wire::IpV4Address& address, std::uint16_t& port) {
   auto at = make_address(address, port);
   auto socket = bound_socket(SOCK_STREAM, at);
   if (!socket.valid() || ::listen(socket.get(), kWaitingClients) != 0) return {};

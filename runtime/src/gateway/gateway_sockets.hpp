@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/wire/eoe.hpp"
 
@@ -13,8 +13,8 @@ namespace driveline::runtime {
 
 /// Listening sockets of a gateway, both non-blocking.
 struct GatewaySockets {
-  port::FileDescriptor udp;
-  port::FileDescriptor tcp;
+  rt::FileDescriptor udp;
+  rt::FileDescriptor tcp;
   std::uint16_t port = 0;  ///< port of both sockets
 };
 
@@ -23,7 +23,7 @@ struct GatewaySockets {
 
 /// Opens a non-blocking socket that listens at `address`; `port` 0 selects a free one, which is returned there. Not
 /// valid: the address is not available, see errno.
-[[nodiscard]] port::FileDescriptor listen_at(const wire::IpV4Address& address, std::uint16_t& port);
+[[nodiscard]] rt::FileDescriptor listen_at(const wire::IpV4Address& address, std::uint16_t& port);
 
 /// Makes a TCP socket send small pieces at once, without waiting for more.
 void send_without_delay(int socket) noexcept;

@@ -82,7 +82,7 @@ class MailboxGateway::Service {
   struct Client {
     GatewayClient figures;
     sockaddr_in address{};
-    port::FileDescriptor socket;      ///< for a TCP client
+    rt::FileDescriptor socket;        ///< for a TCP client
     bool tcp = false;                 ///< stays true when its socket is closed
     bool may_write = false;           ///< may change parameters and files of slaves
     SteadyClock::time_point heard{};  ///< last message, answer, or start of an incomplete message
@@ -157,7 +157,7 @@ class MailboxGateway::Service {
     return known != clients_.end() ? *known : add_client(from, {});
   }
 
-  std::shared_ptr<Client> add_client(const sockaddr_in& from, port::FileDescriptor socket) {
+  std::shared_ptr<Client> add_client(const sockaddr_in& from, rt::FileDescriptor socket) {
     auto client = std::make_shared<Client>();
     client->tcp = socket.valid();
     client->figures.name = fmt::format("{} {}", client->tcp ? "tcp" : "udp", to_text(from));
@@ -180,7 +180,7 @@ class MailboxGateway::Service {
   void accept_client() {
     sockaddr_in from{};
     socklen_t size = sizeof from;
-    port::FileDescriptor socket{
+    rt::FileDescriptor socket{
         ::accept4(sockets_.tcp.get(), reinterpret_cast<sockaddr*>(&from), &size, SOCK_NONBLOCK | SOCK_CLOEXEC)};
     if (!socket.valid()) {
       if (!reserve_.turn_away(sockets_.tcp.get())) std::this_thread::sleep_for(kDescriptorPause);

@@ -18,8 +18,6 @@
 namespace driveline::runtime {
 namespace {
 
-using port::FileDescriptor;
-
 /// Value of oom_score_adj (proc(5)) of a process that the kernel ends first when memory runs out.
 constexpr std::string_view kFirstToEnd = "1000";
 
@@ -27,7 +25,7 @@ constexpr std::string_view kFirstToEnd = "1000";
 /// no blocked signals.
 class SpawnSettings {
  public:
-  explicit SpawnSettings(const std::vector<FileDescriptor>& descriptors) {
+  explicit SpawnSettings(const std::vector<rt::FileDescriptor>& descriptors) {
     posix_spawn_file_actions_init(&actions_);
     posix_spawn_file_actions_addopen(&actions_, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     if (::fcntl(STDERR_FILENO, F_GETFD) >= 0) {
@@ -64,19 +62,19 @@ HelperProcess::Transfer failure() noexcept {
 
 /// Duplicates `first` and `others` to numbers above those that they get in the new process, where a descriptor could
 /// otherwise be overwritten before it is copied. Empty: too many open files.
-std::vector<FileDescriptor> out_of_the_way(int first, std::span<const int> others) {
+std::vector<rt::FileDescriptor> out_of_the_way(int first, std::span<const int> others) {
   const int above = HelperProcess::kSocket + 1 + static_cast<int>(others.size());
-  std::vector<FileDescriptor> all;
+  std::vector<rt::FileDescriptor> all;
   all.emplace_back(::fcntl(first, F_DUPFD_CLOEXEC, above));
   for (const int other : others) all.emplace_back(::fcntl(other, F_DUPFD_CLOEXEC, above));
   const bool complete = std::all_of(all.begin(), all.end(), [](const auto& each) { return each.valid(); });
-  return complete ? std::move(all) : std::vector<FileDescriptor>{};
+  return complete ? std::move(all) : std::vector<rt::FileDescriptor>{};
 }
 
 /// When the memory of the machine or of the cgroup runs out, the kernel ends a helper, which is started again, and not
 /// the process that drives the line and has more memory, all of it locked. Without the right to do so nothing changes.
 void let_end_first(pid_t helper) {
-  const FileDescriptor file{::open(fmt::format("/proc/{}/oom_score_adj", helper).c_str(), O_WRONLY | O_CLOEXEC)};
+  const rt::FileDescriptor file{::open(fmt::format("/proc/{}/oom_score_adj", helper).c_str(), O_WRONLY | O_CLOEXEC)};
   if (file.valid()) [[maybe_unused]]
     const auto written = ::write(file.get(), kFirstToEnd.data(), kFirstToEnd.size());
 }
@@ -90,8 +88,8 @@ Result<HelperProcess> HelperProcess::start(const std::filesystem::path& program,
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0) {
     return fail(ErrorKind::kMachine, fmt::format("cannot create its socket: {}", std::strerror(errno)), name);
   }
-  FileDescriptor ours{ends[0]};
-  const FileDescriptor theirs{ends[1]};
+  rt::FileDescriptor ours{ends[0]};
+  const rt::FileDescriptor theirs{ends[1]};
   const auto descriptors = out_of_the_way(theirs.get(), passed);
   if (descriptors.empty()) {
     return fail(ErrorKind::kMachine, fmt::format("cannot pass its descriptors: {}", std::strerror(errno)), name);
@@ -144,12 +142,12 @@ std::optional<int> HelperProcess::reap() noexcept {
   const pid_t ended = ::waitpid(child_, &status, WNOHANG);
   if (ended == 0 || (ended < 0 && errno == EINTR)) return std::nullopt;
   child_ = 0;  // also if other code has already waited for it
-  socket_ = FileDescriptor{};
+  socket_ = rt::FileDescriptor{};
   return status;
 }
 
 std::optional<int> HelperProcess::end(std::chrono::milliseconds timeout) noexcept {
-  socket_ = FileDescriptor{};
+  socket_ = rt::FileDescriptor{};
   const auto limit = std::chrono::steady_clock::now() + timeout;
   bool forced = false;
   while (child_ != 0) {

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "driveline/runtime/error.hpp"
 
 namespace driveline::runtime {
@@ -66,9 +66,9 @@ class HelperProcess {
   [[nodiscard]] int descriptor() const noexcept { return socket_.get(); }
 
  private:
-  HelperProcess(port::FileDescriptor socket, pid_t child) : socket_(std::move(socket)), child_(child) {}
+  HelperProcess(rt::FileDescriptor socket, pid_t child) : socket_(std::move(socket)), child_(child) {}
 
-  port::FileDescriptor socket_;
+  rt::FileDescriptor socket_;
   pid_t child_ = 0;
 };
 

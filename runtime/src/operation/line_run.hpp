@@ -133,8 +133,8 @@ class LineRun {
   Settings settings_;
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
-  port::FileDescriptor qos_profiles_;            ///< none: the writers use their own profiles
-  std::vector<port::FileDescriptor> security_;   ///< empty: telemetry without DDS Security
+  rt::FileDescriptor qos_profiles_;              ///< none: the writers use their own profiles
+  std::vector<rt::FileDescriptor> security_;     ///< empty: telemetry without DDS Security
   std::unique_ptr<TelemetryService> telemetry_;  ///< none: nothing is published
   std::optional<SlaveWatch> slave_watch_;        ///< set together with telemetry_
   std::unique_ptr<StatusFeed> feed_;

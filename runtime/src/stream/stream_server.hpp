@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/runtime/config/stream_config.hpp"
 #include "driveline/runtime/error.hpp"
@@ -52,7 +52,7 @@ class StreamServer {
 
   /// A connected client that has not sent its Hello yet.
   struct Visitor {
-    port::FileDescriptor socket;
+    rt::FileDescriptor socket;
     StreamPeer peer;
     Instant since;
   };
@@ -63,7 +63,7 @@ class StreamServer {
     LeaseTerms terms;
   };
   struct Client {
-    port::FileDescriptor socket;
+    rt::FileDescriptor socket;
     std::unique_ptr<StreamSession> session;
     SessionWatch watch;
   };

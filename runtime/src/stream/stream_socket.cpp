@@ -32,8 +32,8 @@ const sockaddr* generic(const sockaddr_un& address) noexcept {
   return reinterpret_cast<const sockaddr*>(&address);
 }
 
-port::FileDescriptor make_socket() {
-  return port::FileDescriptor{::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
+rt::FileDescriptor make_socket() {
+  return rt::FileDescriptor{::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
 }
 
 /// Whether the file is a socket at which no process listens any more.
@@ -46,7 +46,7 @@ bool left_over(const std::string& path, const sockaddr_un& address) {
 
 }  // namespace
 
-StreamSocket::StreamSocket(port::FileDescriptor socket, std::filesystem::path path)
+StreamSocket::StreamSocket(rt::FileDescriptor socket, std::filesystem::path path)
     : socket_(std::move(socket)), path_(std::move(path)) {}
 
 StreamSocket::~StreamSocket() {
@@ -75,8 +75,8 @@ Result<StreamSocket> StreamSocket::listen(const std::filesystem::path& path, boo
   return made;
 }
 
-port::FileDescriptor StreamSocket::accept() {
-  port::FileDescriptor client{::accept4(socket_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)};
+rt::FileDescriptor StreamSocket::accept() {
+  rt::FileDescriptor client{::accept4(socket_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)};
   // The caller does not poll the socket, so it need not pause.
   if (!client.valid()) static_cast<void>(reserve_.turn_away(socket_.get()));
   return client;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "driveline/port/descriptor_reserve.hpp"
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/stream/greeting.hpp"
 
@@ -26,12 +26,12 @@ class StreamSocket {
   StreamSocket& operator=(StreamSocket&&) = delete;
 
   /// Accepts the next client; invalid: there is none. A client for which no file descriptor is left is disconnected.
-  [[nodiscard]] port::FileDescriptor accept();
+  [[nodiscard]] rt::FileDescriptor accept();
 
  private:
-  StreamSocket(port::FileDescriptor socket, std::filesystem::path path);
+  StreamSocket(rt::FileDescriptor socket, std::filesystem::path path);
 
-  port::FileDescriptor socket_;
+  rt::FileDescriptor socket_;
   port::DescriptorReserve reserve_;
   std::filesystem::path path_;
 };

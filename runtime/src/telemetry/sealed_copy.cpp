@@ -10,8 +10,8 @@
 
 namespace driveline::runtime {
 
-Result<port::FileDescriptor> sealed_copy(const std::string& content, const std::filesystem::path& file) {
-  port::FileDescriptor copy{::memfd_create("driveline-copy", MFD_CLOEXEC | MFD_ALLOW_SEALING)};
+Result<rt::FileDescriptor> sealed_copy(const std::string& content, const std::filesystem::path& file) {
+  rt::FileDescriptor copy{::memfd_create("driveline-copy", MFD_CLOEXEC | MFD_ALLOW_SEALING)};
   const bool written =
       copy.valid() && ::write(copy.get(), content.data(), content.size()) == static_cast<ssize_t>(content.size());
   if (!written || ::fcntl(copy.get(), F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_GROW | F_SEAL_SHRINK | F_SEAL_SEAL) != 0) {

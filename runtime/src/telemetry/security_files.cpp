@@ -14,8 +14,8 @@ constexpr const char* kSecurityFiles[] = {"identity_ca.pem",    "certificate.pem
 
 }  // namespace
 
-Result<std::vector<port::FileDescriptor>> open_security_files(const std::filesystem::path& folder) {
-  std::vector<port::FileDescriptor> files;
+Result<std::vector<rt::FileDescriptor>> open_security_files(const std::filesystem::path& folder) {
+  std::vector<rt::FileDescriptor> files;
   for (const auto* const name : kSecurityFiles) {
     const auto content = read_input_file(folder / name);
     if (!content) return tl::unexpected(content.error());

@@ -13,9 +13,9 @@
 #include <cstring>
 #include <thread>
 
-#include "driveline/port/file_descriptor.hpp"
 #include "driveline/port/interface_port.hpp"
 #include "driveline/port/raw_socket_port.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "driveline/rt/time_conversion.hpp"
 #include "private_network.hpp"
 #include "support/must.hpp"
@@ -53,7 +53,7 @@ class DeliveryTimes {
     map.key_size = sizeof(std::uint32_t);
     map.value_size = sizeof(std::uint64_t);
     map.max_entries = 1;
-    map_ = FileDescriptor{bpf(BPF_MAP_CREATE, map)};
+    map_ = rt::FileDescriptor{bpf(BPF_MAP_CREATE, map)};
     const std::array program = {
         instruction(BPF_LDX | BPF_MEM | BPF_DW, 2, 1, offsetof(__sk_buff, tstamp), 0),
         instruction(BPF_STX | BPF_MEM | BPF_DW, 10, 2, -8, 0),
@@ -76,12 +76,12 @@ class DeliveryTimes {
     load.insn_cnt = static_cast<__u32>(program.size());
     load.license = reinterpret_cast<std::uintptr_t>(kLicense);
     load.expected_attach_type = kTcxEgress;
-    const FileDescriptor loaded{bpf(BPF_PROG_LOAD, load)};
+    const rt::FileDescriptor loaded{bpf(BPF_PROG_LOAD, load)};
     bpf_attr link{};
     link.link_create.prog_fd = static_cast<__u32>(loaded.get());
     link.link_create.target_ifindex = if_nametoindex(interface.c_str());
     link.link_create.attach_type = kTcxEgress;
-    link_ = FileDescriptor{bpf(BPF_LINK_CREATE, link)};
+    link_ = rt::FileDescriptor{bpf(BPF_LINK_CREATE, link)};
   }
   [[nodiscard]] bool attached() const { return link_.valid(); }
   /// On the clock of the launch times; 0: none was set.
@@ -97,8 +97,8 @@ class DeliveryTimes {
   }
 
  private:
-  FileDescriptor map_;
-  FileDescriptor link_;
+  rt::FileDescriptor map_;
+  rt::FileDescriptor link_;
 };
 
 class LaunchTimesOnVeth : public ::testing::Test {

@@ -80,7 +80,7 @@ TapInterface::TapInterface(const std::string& name, bool ethernet)
 
 template <typename Change>
 void TapInterface::configure(unsigned long request, Change change) {
-  const FileDescriptor socket{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+  const rt::FileDescriptor socket{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
   ifreq argument{};
   std::copy_n(name_.begin(), std::min<std::size_t>(name_.size(), IFNAMSIZ - 1), argument.ifr_name);
   change(argument);

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 
 namespace driveline::port {
 
@@ -50,7 +50,7 @@ class TapInterface {
   bool inject(const Bytes& frame);
 
   /// Deletes the interface.
-  void remove() { device_ = FileDescriptor{}; }
+  void remove() { device_ = rt::FileDescriptor{}; }
 
  private:
   template <typename Change>
@@ -58,7 +58,7 @@ class TapInterface {
 
   std::string name_;
   std::string error_;
-  FileDescriptor device_;
+  rt::FileDescriptor device_;
 };
 
 }  // namespace driveline::port

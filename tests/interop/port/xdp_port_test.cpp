@@ -135,7 +135,7 @@ TEST_P(Xdp, TaggedFramesLookLikeUntaggedOnesAsWithAPacketSocket) {
 
 TEST_P(Xdp, OtherProtocolsGoOnToTheKernelAndEtherCatDoesNot) {
   const auto port = open();
-  const FileDescriptor others{::socket(AF_PACKET, SOCK_RAW | SOCK_NONBLOCK, htons(0x0003))};
+  const rt::FileDescriptor others{::socket(AF_PACKET, SOCK_RAW | SOCK_NONBLOCK, htons(0x0003))};
   ASSERT_TRUE(others.valid());
   sockaddr_ll address{};
   address.sll_family = AF_PACKET;

@@ -30,19 +30,19 @@ class CommandSocket : public test::TemporaryDirectory, public CommandExecutor {
     input = std::move(*opened);
   }
 
-  [[nodiscard]] port::FileDescriptor connect() const {
-    port::FileDescriptor socket{::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0)};
+  [[nodiscard]] rt::FileDescriptor connect() const {
+    rt::FileDescriptor socket{::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0)};
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     std::copy(path.begin(), path.end(), address.sun_path);
     EXPECT_EQ(::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
     return socket;
   }
-  static void say(const port::FileDescriptor& socket, std::string_view text) {
+  static void say(const rt::FileDescriptor& socket, std::string_view text) {
     EXPECT_EQ(::send(socket.get(), text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
   }
   /// Everything received so far.
-  static std::string heard(const port::FileDescriptor& socket) {
+  static std::string heard(const rt::FileDescriptor& socket) {
     std::string text;
     std::array<char, 65536> buffer;
     for (auto count = ::recv(socket.get(), buffer.data(), buffer.size(), 0); count > 0;
@@ -75,7 +75,7 @@ TEST_F(CommandSocket, AClientForWhichNoDescriptorIsLeftIsToldSo) {
   auto fewer = before;
   fewer.rlim_cur = 64;
   ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &fewer), 0);
-  std::vector<port::FileDescriptor> taken;
+  std::vector<rt::FileDescriptor> taken;
   do {
     taken.emplace_back(::open("/dev/null", O_RDONLY));
   } while (taken.back().valid());
@@ -92,14 +92,14 @@ TEST_F(CommandSocket, AClientForWhichNoDescriptorIsLeftIsToldSo) {
 
 TEST_F(CommandSocket, WhatAServerSaysBeforeItClosesIsHeard) {
   input.reset();
-  port::FileDescriptor listener{::socket(AF_UNIX, SOCK_STREAM, 0)};
+  rt::FileDescriptor listener{::socket(AF_UNIX, SOCK_STREAM, 0)};
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   std::copy(path.begin(), path.end(), address.sun_path);
   ASSERT_EQ(::bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   ASSERT_EQ(::listen(listener.get(), 1), 0);
   auto connection = must(CommandConnection::open(path, "run"));
-  say(port::FileDescriptor{::accept(listener.get(), nullptr, nullptr)}, "error: full\n");
+  say(rt::FileDescriptor{::accept(listener.get(), nullptr, nullptr)}, "error: full\n");
   const auto last_words = must(connection->ask("status"));
   EXPECT_EQ(*last_words, "error: full");
 }
@@ -145,7 +145,7 @@ TEST_F(CommandSocket, WhoMovesAxesIsNotPushedOutByOthers) {
   const auto moving = connect();
   say(moving, "stay\n");
   look();
-  std::vector<port::FileDescriptor> silent;
+  std::vector<rt::FileDescriptor> silent;
   for (std::size_t i = 0; i < 2 * CommandInput::kMaxClients; ++i) {
     silent.push_back(connect());
     look();
@@ -213,7 +213,7 @@ TEST_F(CommandSocket, WhoHasGoneIsForgotten) {
 }
 
 TEST_F(CommandSocket, TooManySilentClientsMakeRoom) {
-  std::vector<port::FileDescriptor> silent;
+  std::vector<rt::FileDescriptor> silent;
   for (std::size_t i = 0; i < 3 * CommandInput::kMaxClients; ++i) {
     silent.push_back(connect());
     look();
@@ -234,7 +234,7 @@ TEST_F(CommandSocket, WhoeverListensAndDoesNotAnswerIsNotWaitedForForEver) {
 }
 
 TEST_F(CommandSocket, WhereNoMoreClientsFitNobodyWaitsForEver) {
-  std::vector<port::FileDescriptor> waiting;
+  std::vector<rt::FileDescriptor> waiting;
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   std::copy(path.begin(), path.end(), address.sun_path);

@@ -187,7 +187,7 @@ TEST_F(CapturePortTest, SendAndReceiveDoNotAllocate) {
 TEST_F(CapturePortTest, FullRingDropsCountsAndSaysWhereTheGapIs) {
   // A pipe without a reader stops the writer, so that the ring surely fills.
   ASSERT_EQ(mkfifo(file().c_str(), 0600), 0);
-  const FileDescriptor reader{::open(file().c_str(), O_RDONLY | O_NONBLOCK)};
+  const rt::FileDescriptor reader{::open(file().c_str(), O_RDONLY | O_NONBLOCK)};
   ASSERT_TRUE(reader.valid());
   const int pipe_bytes = fcntl(reader.get(), F_GETPIPE_SZ);
   ASSERT_GT(pipe_bytes, 0);
@@ -243,9 +243,9 @@ TEST_F(CapturePortTest, FullRingDropsCountsAndSaysWhereTheGapIs) {
 
 TEST_F(CapturePortTest, ReaderOfThePipeLeavingIsAnErrorNotTheEnd) {
   ASSERT_EQ(mkfifo(file().c_str(), 0600), 0);
-  FileDescriptor reader{::open(file().c_str(), O_RDONLY | O_NONBLOCK)};
+  rt::FileDescriptor reader{::open(file().c_str(), O_RDONLY | O_NONBLOCK)};
   const auto port = open(config());
-  reader = FileDescriptor{};
+  reader = rt::FileDescriptor{};
   EXPECT_EQ(port->send(frame_of(60, 0)), SendStatus::kSent);
   const auto report = port->close();
   ASSERT_FALSE(report);

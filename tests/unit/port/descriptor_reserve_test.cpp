@@ -21,13 +21,13 @@ class Exhausted : public testing::Test {
     // An abstract name that the kernel chooses (unix(7)).
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
-    listener = FileDescriptor{::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0)};
+    listener = rt::FileDescriptor{::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0)};
     ASSERT_EQ(::bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address.sun_family), 0);
     socklen_t size = sizeof address;
     ASSERT_EQ(::getsockname(listener.get(), reinterpret_cast<sockaddr*>(&address), &size), 0);
     ASSERT_EQ(::listen(listener.get(), 4), 0);
     for (auto& client : clients) {
-      client = FileDescriptor{::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0)};
+      client = rt::FileDescriptor{::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0)};
       ASSERT_EQ(::connect(client.get(), reinterpret_cast<const sockaddr*>(&address), size), 0);
     }
     ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
@@ -39,15 +39,15 @@ class Exhausted : public testing::Test {
     auto fewer = before;
     fewer.rlim_cur = 64;
     ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &fewer), 0);
-    for (FileDescriptor one{::open("/dev/null", O_RDONLY)}; one.valid();
-         one = FileDescriptor{::open("/dev/null", O_RDONLY)}) {
+    for (rt::FileDescriptor one{::open("/dev/null", O_RDONLY)}; one.valid();
+         one = rt::FileDescriptor{::open("/dev/null", O_RDONLY)}) {
       taken.push_back(std::move(one));
     }
     ASSERT_EQ(errno, EMFILE);
   }
-  [[nodiscard]] bool accepts() const { return FileDescriptor{::accept(listener.get(), nullptr, nullptr)}.valid(); }
+  [[nodiscard]] bool accepts() const { return rt::FileDescriptor{::accept(listener.get(), nullptr, nullptr)}.valid(); }
   /// What the client was sent until the connection was closed; "open" at the end if it is not closed.
-  static std::string heard(const FileDescriptor& client) {
+  static std::string heard(const rt::FileDescriptor& client) {
     std::array<char, 64> buffer{};
     std::string text;
     ssize_t count = 0;
@@ -57,9 +57,9 @@ class Exhausted : public testing::Test {
     return count == 0 ? text : text + "open";
   }
 
-  FileDescriptor listener;
-  std::array<FileDescriptor, 2> clients;
-  std::vector<FileDescriptor> taken;
+  rt::FileDescriptor listener;
+  std::array<rt::FileDescriptor, 2> clients;
+  std::vector<rt::FileDescriptor> taken;
   rlimit before{};
 };
 

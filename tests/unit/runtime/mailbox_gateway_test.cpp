@@ -51,7 +51,7 @@ class Tool {
   }
 
  private:
-  port::FileDescriptor socket_;
+  rt::FileDescriptor socket_;
 };
 
 /// EtherCAT header of type 5, mailbox header for `station` with counter 3.

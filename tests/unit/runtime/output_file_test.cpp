@@ -10,7 +10,7 @@
 #include <csignal>
 #include <string>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
@@ -62,7 +62,7 @@ TEST_F(OutputFile, APipeIsWrittenInPlace) {
   const auto pipe = directory / "pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   // Opened for both directions, so that neither side waits for the other.
-  const port::FileDescriptor reader{::open(pipe.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC)};
+  const rt::FileDescriptor reader{::open(pipe.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC)};
   ASSERT_TRUE(reader.valid());
   ASSERT_TRUE(write_file(pipe, "text"));
   std::array<char, 16> received{};
@@ -129,7 +129,7 @@ TEST_F(OutputFile, APartialNameThatIsTakenLosesNothing) {
 
 TEST_F(OutputFile, AnOpenDescriptorIsWrittenInPlace) {
   write(directory / "stdout", "old and longer");
-  const port::FileDescriptor open{::open((directory / "stdout").c_str(), O_RDONLY | O_CLOEXEC)};
+  const rt::FileDescriptor open{::open((directory / "stdout").c_str(), O_RDONLY | O_CLOEXEC)};
   ASSERT_TRUE(open.valid());
   const auto name = "/proc/self/fd/" + std::to_string(open.get());
   std::filesystem::create_symlink(name, directory / "link");

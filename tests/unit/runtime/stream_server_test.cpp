@@ -166,7 +166,7 @@ class RawClient {
   bool connected = false;
 
  private:
-  port::FileDescriptor socket_;
+  rt::FileDescriptor socket_;
 };
 
 TEST(StreamServer, AnswersWhatIsNoGreeting) {
@@ -267,7 +267,7 @@ TEST(StreamServer, ReplacesTheSocketOfARunThatDiedButNotOfOneThatLives) {
               HasSubstr("another process listens there"));
   const auto file = (line.folder.path / "old.sock").string();
   {
-    const port::FileDescriptor old{::socket(AF_UNIX, SOCK_SEQPACKET, 0)};
+    const rt::FileDescriptor old{::socket(AF_UNIX, SOCK_SEQPACKET, 0)};
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     std::copy(file.begin(), file.end(), address.sun_path);

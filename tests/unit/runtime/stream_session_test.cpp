@@ -324,7 +324,7 @@ class Hostile {
   std::optional<rt::SharedMapping> broadcast;
 
  private:
-  port::FileDescriptor socket_;
+  rt::FileDescriptor socket_;
 };
 
 /// A page that was returned to the system would delay the cycle by a page fault at the next access.

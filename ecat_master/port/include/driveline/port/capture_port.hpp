@@ -15,11 +15,11 @@
 #include <vector>
 
 #include "driveline/port/counter.hpp"
-#include "driveline/port/file_descriptor.hpp"
 #include "driveline/port/pcapng_writer.hpp"
 #include "driveline/port/port.hpp"
 #include "driveline/port/port_error.hpp"
 #include "driveline/rt/clock.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "driveline/rt/spsc_ring.hpp"
 
 namespace driveline::port {
@@ -95,7 +95,7 @@ class CapturePort final : public Port {
     [[nodiscard]] std::span<const std::byte> frame() const noexcept { return std::span{bytes}.first(size); }
   };
 
-  CapturePort(Port& inner, const rt::Clock& clock, const CaptureConfig& config, FileDescriptor file);
+  CapturePort(Port& inner, const rt::Clock& clock, const CaptureConfig& config, rt::FileDescriptor file);
 
   // Used by the thread that uses the port.
   void record(CaptureDirection direction, std::chrono::nanoseconds time, std::span<const std::byte> frame) noexcept;
@@ -117,7 +117,7 @@ class CapturePort final : public Port {
   bool capturing_ = true;
   Counter frames_;
 
-  FileDescriptor file_;
+  rt::FileDescriptor file_;
   std::vector<std::byte> pending_;  // whole blocks not yet in the file
   PcapngWriter writer_{pending_};
   std::vector<Record> batch_;

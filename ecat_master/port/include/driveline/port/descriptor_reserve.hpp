@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 
 namespace driveline::port {
 
@@ -19,7 +19,7 @@ class DescriptorReserve {
   [[nodiscard]] bool turn_away(int listener, std::string_view farewell = {}) noexcept;
 
  private:
-  FileDescriptor spare_;
+  rt::FileDescriptor spare_;
 };
 
 }  // namespace driveline::port

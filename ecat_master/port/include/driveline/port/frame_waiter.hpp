@@ -5,9 +5,9 @@
 #include <memory>
 #include <tl/expected.hpp>
 
-#include "driveline/port/file_descriptor.hpp"
 #include "driveline/port/port_error.hpp"
 #include "driveline/port/raw_socket_port.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 
 namespace driveline::port {
 
@@ -25,10 +25,10 @@ class FrameWaiter {
   bool wait(std::chrono::nanoseconds deadline) noexcept;
 
  private:
-  FrameWaiter(FileDescriptor timer, std::array<int, 2> sockets) noexcept
+  FrameWaiter(rt::FileDescriptor timer, std::array<int, 2> sockets) noexcept
       : timer_(std::move(timer)), sockets_(sockets) {}
 
-  FileDescriptor timer_;
+  rt::FileDescriptor timer_;
   std::array<int, 2> sockets_;
   std::chrono::nanoseconds armed_{-1};
 };

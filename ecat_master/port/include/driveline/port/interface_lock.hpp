@@ -4,7 +4,7 @@
 #include <string>
 #include <tl/expected.hpp>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 
 namespace driveline::port {
 
@@ -33,9 +33,9 @@ class InterfaceLock {
   [[nodiscard]] static std::optional<InterfaceHolder> holder(const std::string& interface);
 
  private:
-  explicit InterfaceLock(FileDescriptor socket) noexcept : socket_(std::move(socket)) {}
+  explicit InterfaceLock(rt::FileDescriptor socket) noexcept : socket_(std::move(socket)) {}
 
-  FileDescriptor socket_;
+  rt::FileDescriptor socket_;
 };
 
 }  // namespace driveline::port

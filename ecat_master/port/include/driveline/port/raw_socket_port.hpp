@@ -13,12 +13,12 @@
 #include <tl/expected.hpp>
 
 #include "driveline/port/counter.hpp"
-#include "driveline/port/file_descriptor.hpp"
 #include "driveline/port/interface_port.hpp"
 #include "driveline/port/launch_times.hpp"
 #include "driveline/port/port_error.hpp"
 #include "driveline/port/receive_ring.hpp"
 #include "driveline/rt/clock.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "driveline/wire/ethernet.hpp"
 
 namespace driveline::port {
@@ -122,7 +122,7 @@ class RawSocketPort final : public InterfacePort {
   /// A frame as the kernel delivers it: as many bytes as fit, and the true length.
   using Arrival = ReceiveRing::Frame;
 
-  RawSocketPort(FileDescriptor socket, std::optional<ReceiveRing> ring, const RawSocketConfig& config, int index,
+  RawSocketPort(rt::FileDescriptor socket, std::optional<ReceiveRing> ring, const RawSocketConfig& config, int index,
                 const wire::MacAddress& mac, const rt::Clock& clock);
 
   std::optional<Arrival> take() noexcept;
@@ -130,7 +130,7 @@ class RawSocketPort final : public InterfacePort {
   [[nodiscard]] std::chrono::nanoseconds time_of(const Arrival& arrival) noexcept;
   SendStatus classify_failure(int error_number) const noexcept;
 
-  FileDescriptor socket_;
+  rt::FileDescriptor socket_;
   std::optional<ReceiveRing> ring_;
   std::string interface_;
   int index_;

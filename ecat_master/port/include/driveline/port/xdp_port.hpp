@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "driveline/port/counter.hpp"
-#include "driveline/port/file_descriptor.hpp"
 #include "driveline/port/interface_port.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 
 namespace driveline::port {
 
@@ -98,7 +98,7 @@ class XdpPort final : public InterfacePort {
   [[nodiscard]] XdpStatistics statistics() const noexcept;
 
  private:
-  XdpPort(std::unique_ptr<XdpSocket> socket, std::unique_ptr<XdpProgram> program, FileDescriptor asking,
+  XdpPort(std::unique_ptr<XdpSocket> socket, std::unique_ptr<XdpProgram> program, rt::FileDescriptor asking,
           std::string interface, int index, rt::Clock& clock) noexcept;
 
   [[nodiscard]] static tl::expected<std::unique_ptr<XdpPort>, PortError> try_mode(XdpMode mode,
@@ -109,7 +109,7 @@ class XdpPort final : public InterfacePort {
 
   std::unique_ptr<XdpSocket> socket_;    ///< declared before the program: the kernel sends no frames to a closed socket
   std::unique_ptr<XdpProgram> program_;  ///< attached for the lifetime of this object
-  FileDescriptor asking_;                ///< socket for queries about interfaces
+  rt::FileDescriptor asking_;            ///< socket for queries about interfaces
   std::string interface_;
   int index_;
   wire::MacAddress mac_{};

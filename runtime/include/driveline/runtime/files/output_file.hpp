@@ -10,7 +10,7 @@
 #include <tl/expected.hpp>
 #include "driveline/runtime/error.hpp"
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "driveline/rt/output_place.hpp"
 
 namespace driveline::runtime {
@@ -59,7 +59,7 @@ class FolderLock {
   [[nodiscard]] static Result<FolderLock> take(const std::filesystem::path& folder);
 
  private:
-  port::FileDescriptor folder_;
+  rt::FileDescriptor folder_;
 };
 
 }  // namespace driveline::runtime

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-namespace driveline::port {
+namespace driveline::rt {
 
 /// Owns a file descriptor and closes it. Holds -1 when it owns none.
 class FileDescriptor {
@@ -33,4 +33,4 @@ class FileDescriptor {
   int descriptor_ = -1;
 };
 
-}  // namespace driveline::port
+}  // namespace driveline::rt
