@@ -82,16 +82,19 @@ constexpr std::array kCommands = {
     Command{"scan", "", kTools, "Show the slaves on the line, and write a line description for them",
             "scan --config examples/line8.toml\n"
             "scan --iface eth1 --write line.toml\n"
-            "scan --config examples/mixed.toml --write found.toml --move 0.5",
+            "scan --config examples/mixed.toml --write found.toml --move 0.5\n"
+            "scan --config examples/can8.toml --iface slcan:tcp:127.0.0.1:29550",
             prepare_scan},
     Command{"slaves", "", kTools, "List the slaves on the line",
             "slaves --config examples/line8.toml\n"
             "slaves --config examples/line8.toml -p 0 -v\n"
-            "slaves --iface eth1 --json",
+            "slaves --iface eth1 --json\n"
+            "slaves --config examples/can8.toml -n 3",
             prepare_slaves},
-    Command{"states", "", kTools, "Show the EtherCAT states, or change them",
+    Command{"states", "", kTools, "Show the states, or change those of EtherCAT",
             "states --iface eth1\n"
-            "states --config examples/line8.toml SAFEOP",
+            "states --config examples/line8.toml SAFEOP\n"
+            "states --config examples/can8.toml",
             prepare_states},
     Command{"dc", "", kTools, "Synchronize the clocks, observe them, and show their differences",
             "dc --config examples/line8-dc.toml\n"
@@ -113,23 +116,50 @@ constexpr std::array kCommands = {
             prepare_drive},
     Command{"rescan", "", kTools, "Search the slaves again and take all to INIT", "rescan --config examples/line8.toml",
             prepare_rescan},
-    Command{"pdos", "", kTools, "List sync managers, PDOs and the objects mapped into them",
+    Command{"pdos", "", kTools, "List the PDOs, with the objects mapped into them",
             "pdos --config examples/line8.toml -p 0\n"
             "pdos --config examples/line8.toml -p 0 --sii\n"
-            "pdos --config examples/process_data.toml --image",
+            "pdos --config examples/process_data.toml --image\n"
+            "pdos --config examples/can8.toml -n 1",
             prepare_pdos},
     Command{"cstruct", "", kTools, "Print C++ declarations of the PDOs for programs that use the library",
             "cstruct --config examples/line8.toml -p 0", prepare_cstruct},
     Command{"sdos", "", kTools, "List the objects of the slaves with type and access",
             "sdos --config examples/line8.toml -p 0 0x6041\n"
-            "sdos --config examples/line8.toml -p 0 -q",
+            "sdos --config examples/line8.toml -p 0 -q\n"
+            "sdos --config examples/can8.toml -n 1 0x1018",
             prepare_sdos},
-    Command{"upload", "", kTools, "Read an object over CoE",
+    Command{"upload", "", kTools, "Read an object by SDO",
             "upload --config examples/line8.toml -p 0 -t int32 0x6064 0\n"
-            "upload --config examples/line8.toml -p 2 -t string 0x1008 0",
+            "upload --config examples/line8.toml -p 2 -t string 0x1008 0\n"
+            "upload --config examples/can8.toml -n 3 0x6041 0",
             prepare_upload},
-    Command{"download", "", kTools, "Write an object over CoE",
-            "download --config examples/line8.toml -p 1 -t int8 0x6060 0 8", prepare_download},
+    Command{"download", "", kTools, "Write an object by SDO",
+            "download --config examples/line8.toml -p 1 -t int8 0x6060 0 8\n"
+            "download --config examples/can8.toml -n 3 -t int8 0x6060 0 1",
+            prepare_download},
+    Command{"can", "", kTools, "Frames of a CAN bus", "", nullptr},
+    Command{"can dump", "", "", "Show the frames of a CAN bus with what they mean",
+            "can dump --iface slcan:tcp:127.0.0.1:29550\n"
+            "can dump --iface can0 --count 100 --log bus.log --pcap bus.pcapng\n"
+            "can dump --config examples/can8.toml --duration 100ms",
+            prepare_can_dump},
+    Command{"can send", "", "", "Send frames to a CAN bus",
+            "can send --config examples/can8.toml 601#4000100000000000 --wait 10ms\n"
+            "can send --iface can0 000#0103 703#R1",
+            prepare_can_send},
+    Command{"can stat", "", "", "Count the frames of a CAN bus: load to the bit, identifiers, state of the adapter",
+            "can stat --iface socketcand:127.0.0.1:29536/can0 --duration 10\n"
+            "can stat --config examples/can8.toml --duration 100ms --json",
+            prepare_can_stat},
+    Command{"nmt", "", kTools, "Start, stop or reset nodes of a CAN bus",
+            "nmt --iface slcan:tcp:127.0.0.1:29550 3 start\n"
+            "nmt --config examples/can8.toml all reset-comm",
+            prepare_nmt},
+    Command{"emcy", "", kTools, "Show the errors that nodes of a CAN bus remember, and their emergencies as they come",
+            "emcy --iface can0 -n 3\n"
+            "emcy --config examples/can8.toml --duration 0 --json",
+            prepare_emcy},
     Command{"foe", "", kTools, "Files of a slave (file access over EtherCAT)", "", nullptr},
     Command{"foe read", "foe_read", "", "Read a file of a slave",
             "foe read --config examples/line8.toml -p 0 parameters.txt -o parameters.txt", prepare_foe_read},

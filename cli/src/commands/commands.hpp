@@ -47,6 +47,13 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_sii_compare(Arguments& to);
 [[nodiscard]] Execute prepare_sii_alias(Arguments& to);
 
+// Commands for CAN buses.
+[[nodiscard]] Execute prepare_can_dump(Arguments& to);
+[[nodiscard]] Execute prepare_can_send(Arguments& to);
+[[nodiscard]] Execute prepare_can_stat(Arguments& to);
+[[nodiscard]] Execute prepare_nmt(Arguments& to);
+[[nodiscard]] Execute prepare_emcy(Arguments& to);
+
 // Commands that work on files or the machine, not on a bus.
 [[nodiscard]] Execute prepare_esi_generate(Arguments& to);
 [[nodiscard]] Execute prepare_esi_validate(Arguments& to);

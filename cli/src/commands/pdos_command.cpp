@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "commands/can_tools.hpp"
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
@@ -18,6 +19,7 @@ constexpr std::string_view kHeader = "driveline/motion/cia301/pdo_configuration.
 
 struct PdosOptions {
   runtime::BusOptions bus;
+  CanOptions can;
   SlaveSelection selection;
   bool only_sii = false;
   bool image = false;
@@ -47,6 +49,14 @@ Outcome<int> show_image(const PdosOptions& options) {
 }
 
 Outcome<int> list_pdos(const PdosOptions& options) {
+  const auto on_can = works_on_can(options.bus, options.can,
+                                   {{options.selection.positions.has_value(), "-p"},
+                                    {options.selection.alias.has_value(), "-a"},
+                                    {options.only_sii, "--sii"},
+                                    {options.image, "--image"},
+                                    {options.force, "--force"}});
+  if (!on_can) return tl::unexpected(on_can.error());
+  if (*on_can) return list_can_pdos(options.bus, options.can, options.json);
   if (options.image) return show_image(options);
   const auto slaves = read_pdos(options.bus, options.selection, options.only_sii, options.force);
   if (!slaves) return tl::unexpected(slaves.error());
@@ -95,6 +105,7 @@ std::shared_ptr<PdosOptions> add_options(Arguments& to) {
 
 Execute prepare_pdos(Arguments& to) {
   auto options = add_options(to);
+  options->can.add(to);
   to.flag("--image", options->image,
           "Show the process image according to the line description; takes the line to SAFEOP and back");
   add_json_flag(to, options->json);

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "commands/can_tools.hpp"
 #include "commands/commands.hpp"
 #include "console.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
@@ -20,6 +21,7 @@ constexpr int kNotAsDescribed = 3;  ///< exit status: the command succeeded, but
 
 struct ScanOptions {
   runtime::BusOptions bus;
+  CanOptions can;
   std::string write;                ///< empty: only show
   std::optional<std::string> move;  ///< revolutions of every axis, forth and back
   bool json = false;
@@ -166,6 +168,10 @@ Outcome<void> write_description(LineView& line, std::span<const SlaveView> views
 }
 
 Outcome<int> scan(const ScanOptions& options) {
+  const auto on_can = works_on_can(options.bus, options.can,
+                                   {{!options.write.empty(), "--write"}, {options.move.has_value(), "--move"}});
+  if (!on_can) return tl::unexpected(on_can.error());
+  if (*on_can) return scan_can(options.bus, options.can, options.json);
   const auto turns = parse_move(options);
   if (!turns) return tl::unexpected(turns.error());
   auto line = LineView::open(options.bus);
@@ -195,6 +201,7 @@ Outcome<int> scan(const ScanOptions& options) {
 Execute prepare_scan(Arguments& to) {
   auto options = std::make_shared<ScanOptions>();
   add_bus_options(to, options->bus);
+  options->can.add(to);
   to.option("--write", &options->write, Value::file(), "Write a line description of the slaves found");
   to.option("--move", &options->move, Value::text("REVOLUTIONS"),
             "With --write: also write a path on which each axis makes this number of revolutions and returns");

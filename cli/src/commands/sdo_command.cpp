@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "commands/can_tools.hpp"
 #include "commands/commands.hpp"
 #include "console.hpp"
 #include "line/line_view.hpp"
@@ -13,6 +14,7 @@ namespace {
 /// Options that select an object of a slave and describe how its value is read or written.
 struct ObjectOptions {
   runtime::BusOptions bus;
+  CanOptions can;
   SlaveSelection selection;
   std::string index;
   std::string subindex;
@@ -20,6 +22,7 @@ struct ObjectOptions {
   std::string value;  ///< download only
   bool force = false;
   bool complete = false;
+  bool block = false;
   bool json = false;
 };
 
@@ -97,7 +100,25 @@ Outcome<Dialogue> begin(const ObjectOptions& options, bool writes) {
   return dialogue;
 }
 
+/// Whether the object is on a CAN bus.
+Outcome<bool> object_is_on_can(const ObjectOptions& options) {
+  auto on_can = works_on_can(options.bus, options.can,
+                             {{options.selection.positions.has_value(), "-p"},
+                              {options.selection.alias.has_value(), "-a"},
+                              {options.complete, "--complete"},
+                              {options.force, "--force"}});
+  if (on_can && !*on_can && options.block) return misused("--block is for CAN buses");
+  return on_can;
+}
+
+CanObjectOptions can_object(const ObjectOptions& options) {
+  return {options.index, options.subindex, options.type, options.value, options.block, options.json};
+}
+
 Outcome<int> upload(const ObjectOptions& options) {
+  const auto on_can = object_is_on_can(options);
+  if (!on_can) return tl::unexpected(on_can.error());
+  if (*on_can) return upload_can(options.bus, options.can, can_object(options));
   const auto dialogue = begin(options, false);
   if (!dialogue) return tl::unexpected(dialogue.error());
   const auto& address = dialogue->address;
@@ -121,6 +142,9 @@ Outcome<int> upload(const ObjectOptions& options) {
 }
 
 Outcome<int> download(const ObjectOptions& options) {
+  const auto on_can = object_is_on_can(options);
+  if (!on_can) return tl::unexpected(on_can.error());
+  if (*on_can) return download_can(options.bus, options.can, can_object(options));
   const auto dialogue = begin(options, true);
   if (!dialogue) return tl::unexpected(dialogue.error());
   const auto& address = dialogue->address;
@@ -146,8 +170,10 @@ std::shared_ptr<ObjectOptions> add_object_options(Arguments& to) {
   auto options = std::make_shared<ObjectOptions>();
   add_bus_options(to, options->bus);
   options->selection.add_single(to);
+  options->can.add_single(to);
   to.option("-t,--type", &options->type, Value::choice("TYPE", runtime::type_names()),
             "uint8 ... int64, float, double, string, raw ...; default: the type in the slave's dictionary");
+  to.flag("--block", options->block, "CAN bus: as a block transfer; nodes need not have it");
   to.flag("--complete", options->complete, "The whole object, from SUBINDEX 0 or 1 on, as bytes");
   add_force_flag(to, options->force);
   add_json_flag(to, options->json);

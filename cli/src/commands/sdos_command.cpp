@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "commands/can_tools.hpp"
 #include "commands/commands.hpp"
 #include "console.hpp"
 #include "line/dictionary_reader.hpp"
@@ -16,6 +17,8 @@ constexpr auto kTellEvery = std::chrono::seconds{2};
 
 struct SdosOptions {
   runtime::BusOptions bus;
+  CanOptions can;
+  std::string eds;  ///< CAN: description of the device; empty: by its identity
   SlaveSelection selection;
   std::string index;  ///< empty: all objects
   bool quiet = false;
@@ -77,6 +80,17 @@ std::vector<std::size_t> with_dictionary(LineView& line, std::span<const std::si
 }
 
 Outcome<int> list_objects(const SdosOptions& options) {
+  const auto on_can = works_on_can(options.bus, options.can,
+                                   {{options.selection.positions.has_value(), "-p"},
+                                    {options.selection.alias.has_value(), "-a"},
+                                    {options.force, "--force"}});
+  if (!on_can) return tl::unexpected(on_can.error());
+  if (*on_can) {
+    return list_can_objects(options.bus, options.can,
+                            {options.index, options.eds, options.quiet, options.verbose, options.json});
+  }
+  if (!options.eds.empty())
+    return misused("--eds is for CAN buses; slaves of EtherCAT describe their objects themselves");
   if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
   if (!options.index.empty()) {
     if (auto index = parse_number(options.index, 0xFFFF, "index"); !index) return tl::unexpected(index.error());
@@ -114,6 +128,10 @@ Execute prepare_sdos(Arguments& to) {
   auto options = std::make_shared<SdosOptions>();
   add_bus_options(to, options->bus);
   options->selection.add(to);
+  options->can.add(to);
+  to.option(
+      "--eds", &options->eds, Value::file(),
+      "CAN bus: data sheet (EDS or DCF) of the nodes; default: by their identity, else the usual objects are tried");
   to.flag("-q,--quiet", options->quiet, "Only the objects, not their entries");
   to.flag("-v,--verbose", options->verbose, "With defaults, limits and units");
   add_force_flag(to, options->force);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 
+#include "commands/can_tools.hpp"
 #include "commands/commands.hpp"
 #include "console.hpp"
 #include "line/line_check.hpp"
@@ -13,6 +14,7 @@ namespace {
 
 struct SlavesOptions {
   runtime::BusOptions bus;
+  CanOptions can;
   SlaveSelection selection;
   bool verbose = false;
   bool json = false;
@@ -31,6 +33,12 @@ Outcome<std::vector<SlaveFacts>> read_facts(LineView& line, std::span<const Slav
 }
 
 Outcome<int> list_slaves(const SlavesOptions& options) {
+  const auto on_can = works_on_can(options.bus, options.can,
+                                   {{options.selection.positions.has_value(), "-p"},
+                                    {options.selection.alias.has_value(), "-a"},
+                                    {options.verbose, "-v"}});
+  if (!on_can) return tl::unexpected(on_can.error());
+  if (*on_can) return list_can_nodes(options.bus, options.can, options.json);
   if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
   auto line = LineView::open(options.bus);
   if (!line) return tl::unexpected(line.error());
@@ -71,6 +79,7 @@ Execute prepare_slaves(Arguments& to) {
   auto options = std::make_shared<SlavesOptions>();
   add_bus_options(to, options->bus);
   options->selection.add(to);
+  options->can.add(to);
   to.flag("-v,--verbose", options->verbose, "Show all details of each slave");
   add_json_flag(to, options->json);
   return [options] { return list_slaves(*options); };

@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 
+#include "commands/can_tools.hpp"
 #include "commands/commands.hpp"
 #include "console.hpp"
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
@@ -23,6 +24,7 @@ using wire::AlState;
 
 struct StatesOptions {
   runtime::BusOptions bus;
+  CanOptions can;
   SlaveSelection selection;
   std::string wanted;  ///< empty: only show the states
   bool force = false;
@@ -222,6 +224,12 @@ Outcome<void> must_not_disturb(LineView& line, std::span<const std::size_t> posi
 }
 
 Outcome<int> states(const StatesOptions& options) {
+  const auto on_can = works_on_can(options.bus, options.can,
+                                   {{options.selection.positions.has_value(), "-p"},
+                                    {options.selection.alias.has_value(), "-a"},
+                                    {options.force, "--force"}});
+  if (!on_can) return tl::unexpected(on_can.error());
+  if (*on_can) return show_can_states(options.bus, options.can, options.wanted, options.json);
   const auto target = parse_state(options);
   if (!target) return tl::unexpected(target.error());
   if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
@@ -252,6 +260,7 @@ Execute prepare_states(Arguments& to) {
   auto options = std::make_shared<StatesOptions>();
   add_bus_options(to, options->bus);
   options->selection.add(to);
+  options->can.add(to);
   add_force_flag(to, options->force);
   add_json_flag(to, options->json);
   to.positional(&options->wanted, Value::choice("STATE", {"INIT", "PREOP", "SAFEOP", "BOOT"}),

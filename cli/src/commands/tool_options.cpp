@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "can/can_bus.hpp"
 #include "console.hpp"
 
 namespace driveline::cli {
@@ -40,6 +41,12 @@ Outcome<std::vector<Range>> parse_positions(std::string_view text) {
 }  // namespace
 
 Outcome<void> check_bus_options(const runtime::BusOptions& bus) {
+  if (selects_can(bus.config, bus.interface)) {
+    return misused(
+        fmt::format("{} is a CAN bus, and this command is for lines of EtherCAT; scan, slaves, states, sdos, "
+                    "pdos, upload, download, nmt, emcy and can work on CAN buses",
+                    bus.interface.empty() ? bus.config : bus.interface));
+  }
   if (bus.config.empty() && bus.interface.empty()) {
     return misused(
         "no bus is selected: give --config FILE for the line described there, or --iface NAME for a network interface");

@@ -141,7 +141,7 @@ class BadInput(CanLine):
     def test_a_run_needs_a_line_of_ethercat(self):
         result = self.run_program("run", "--config", CAN8)
         self.assertEqual(result.returncode, 2)
-        self.assertIn('type: is "can", a line of EtherCAT is expected here', result.stderr)
+        self.assertIn('is a CAN bus, and this command is for lines of EtherCAT', result.stderr)
 
     def test_clients_that_misbehave_do_not_disturb_the_others(self):
         line = self.serve("--slcan", "127.0.0.1:0", "--socketcand", "127.0.0.1:0")

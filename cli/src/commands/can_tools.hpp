@@ -1,0 +1,48 @@
+#pragma once
+
+#include "commands/can_options.hpp"
+
+namespace driveline::cli {
+
+/// The tools that have the same names on both kinds of bus, on a CAN bus. Each opens the bus and returns the exit
+/// status.
+
+/// `scan`: which nodes there are; compares them with the description.
+[[nodiscard]] Outcome<int> scan_can(const runtime::BusOptions& bus, const CanOptions& can, bool json);
+/// `slaves`: identities, versions and states.
+[[nodiscard]] Outcome<int> list_can_nodes(const runtime::BusOptions& bus, const CanOptions& can, bool json);
+/// `states`: NMT states.
+[[nodiscard]] Outcome<int> show_can_states(const runtime::BusOptions& bus, const CanOptions& can,
+                                           const std::string& wanted, bool json);
+
+/// The object of `upload` and `download`.
+struct CanObjectOptions {
+  std::string index;
+  std::string subindex;
+  std::string type;   ///< empty: as in the description of the device, or raw bytes
+  std::string value;  ///< download only
+  bool block = false;
+  bool json = false;
+};
+/// `upload`: reads an object.
+[[nodiscard]] Outcome<int> upload_can(const runtime::BusOptions& bus, const CanOptions& can,
+                                      const CanObjectOptions& object);
+/// `download`: writes an object.
+[[nodiscard]] Outcome<int> download_can(const runtime::BusOptions& bus, const CanOptions& can,
+                                        const CanObjectOptions& object);
+
+/// What `sdos` lists.
+struct CanDictionaryOptions {
+  std::string index;  ///< empty: all objects
+  std::string eds;    ///< description of the device; empty: by its identity, else objects are searched
+  bool quiet = false;
+  bool verbose = false;
+  bool json = false;
+};
+/// `sdos`: the objects of the nodes.
+[[nodiscard]] Outcome<int> list_can_objects(const runtime::BusOptions& bus, const CanOptions& can,
+                                            const CanDictionaryOptions& options);
+/// `pdos`: the PDOs of the nodes and what is mapped into them.
+[[nodiscard]] Outcome<int> list_can_pdos(const runtime::BusOptions& bus, const CanOptions& can, bool json);
+
+}  // namespace driveline::cli
