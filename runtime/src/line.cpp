@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "driveline/runtime/config/axis_path.hpp"
+#include "ethercat/ethercat_bus.hpp"
 #include "operation/line_run.hpp"
 
 namespace driveline::runtime {
@@ -88,10 +89,11 @@ Result<void> Line::claim(bool force) {
 Result<RunReport> Line::run(const RunSettings& settings) {
   if (run_) return fail(ErrorKind::kCall, "the line has run before; create a new line for each run");
   if (auto claimed = claim(settings.force); !claimed) return tl::unexpected(claimed.error());
+  bus_ = std::make_unique<EtherCatBus>(*session_);
   run_ = std::make_unique<LineRun>(
-      *session_, LineRun::Settings{std::move(path_), source_, &axis_requests_, &groups_, settings.enable, tasks_.get(),
-                                   settings.duration_s, settings.force, settings.telemetry, settings.trace, consumers_,
-                                   observer_, &stop_});
+      *bus_, LineRun::Settings{std::move(path_), source_, &axis_requests_, &groups_, settings.enable, tasks_.get(),
+                               settings.duration_s, settings.force, settings.telemetry, settings.trace, consumers_,
+                               observer_, &stop_});
   auto report = run_->execute();
   if (report) {
     finish_capture(*report);
@@ -115,17 +117,18 @@ void Line::finish_capture(RunReport& report) {
 }
 
 std::optional<EoeReport> Line::eoe() const {
-  return run_ ? run_->services().eoe() : std::nullopt;
+  return bus_ ? bus_->services().eoe() : std::nullopt;
 }
 
 ecat_master::Master* Line::master() noexcept {
-  return run_ && run_->in_operation() ? &run_->master() : nullptr;
+  return bus_ && bus_->in_operation() ? &bus_->master() : nullptr;
 }
 
 Result<ecat_master::LineDiagnosis> Line::diagnose() {
-  if (!run_ || !run_->in_operation()) return fail(ErrorKind::kCall, "the line is not in operation");
-  auto diagnosis = run_->diagnose();
+  if (!bus_ || !bus_->in_operation()) return fail(ErrorKind::kCall, "the line is not in operation");
+  auto diagnosis = bus_->diagnose();
   if (!diagnosis) return fail_line(diagnosis.error());
+  diagnosis->statistics = run_->figures();
   return std::move(*diagnosis);
 }
 

@@ -9,7 +9,7 @@
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/config/axis_path.hpp"
 #include "driveline/runtime/config/line_config.hpp"
-#include "driveline/runtime/operation/configure_line.hpp"
+#include "driveline/runtime/ethercat/configure_line.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 #include "driveline/runtime/setup/process_data_plan.hpp"
 

@@ -4,7 +4,7 @@
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
-#include "driveline/runtime/operation/configure_line.hpp"
+#include "driveline/runtime/ethercat/configure_line.hpp"
 #include "line/line_check.hpp"
 #include "line/mailbox_registers.hpp"
 #include "text/image_view.hpp"

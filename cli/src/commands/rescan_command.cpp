@@ -2,7 +2,7 @@
 
 #include "commands/commands.hpp"
 #include "console.hpp"
-#include "driveline/runtime/operation/configure_line.hpp"
+#include "driveline/runtime/ethercat/configure_line.hpp"
 #include "line/line_check.hpp"
 #include "text/json_text.hpp"
 

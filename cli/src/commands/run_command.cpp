@@ -200,7 +200,7 @@ class RunConsole final : public ConsoleObserver {
 
   void event(const runtime::Event& event) override {
     ConsoleObserver::event(event);
-    if (const auto* reached = event.as<runtime::events::StateReached>()) tell_manager(reached->state);
+    if (const auto* reached = event.as<runtime::events::StateReached>()) tell_manager(reached->operational);
     if (!event.is<runtime::events::NoPath>()) return;
     axes_wait_ = true;
     if (control_ != nullptr && script_ == nullptr) tell_how_to_move();
@@ -218,8 +218,8 @@ class RunConsole final : public ConsoleObserver {
   [[nodiscard]] const std::optional<Failure>& script_failure() const noexcept { return script_failure_; }
 
  private:
-  void tell_manager(wire::AlState state) {
-    if (state == wire::AlState::kOp) {
+  void tell_manager(bool operational) {
+    if (operational) {
       const auto& config = line_.config();
       manager_.ready(
           fmt::format("{} in OP, {} slaves, {} axes", config.name, config.slaves.size(), config.axes.size()));

@@ -12,7 +12,7 @@
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/discovery/discovery.hpp"
-#include "driveline/runtime/operation/configure_line.hpp"
+#include "driveline/runtime/ethercat/configure_line.hpp"
 #include "driveline/runtime/setup/process_data_plan.hpp"
 #include "line/line_check.hpp"
 #include "text/json_text.hpp"

@@ -67,22 +67,22 @@ std::string_view to_text(CouplingState state) noexcept {
 
 Result<std::unique_ptr<LineCouplings>> LineCouplings::make(const LineConfig& config, motion::SingleAxes& axes,
                                                            const ecat_master::ProcessVariables& variables,
-                                                           const ecat_master::Master& master) {
+                                                           const InputAge& input_age) {
   std::unique_ptr<LineCouplings> made(new LineCouplings(config));
-  if (auto added = made->add_signals(axes, variables, master); !added) return tl::unexpected(added.error());
+  if (auto added = made->add_signals(axes, variables, input_age); !added) return tl::unexpected(added.error());
   made->couplings_ = std::make_unique<Couplings>(axes, made->pairs_, config.period);
   return made;
 }
 
 Result<void> LineCouplings::add_signals(motion::SingleAxes& axes, const ecat_master::ProcessVariables& variables,
-                                        const ecat_master::Master& master) {
+                                        const InputAge& input_age) {
   for (const auto& coupling : plan_.couplings) {
     auto& pair = pairs_.emplace_back();
     pair.slave = coupling.slave;
     pair.master = coupling.axis.value_or(Couplings::Pair::kNoAxis);
     pair.on_loss = coupling.on_loss;
     if (coupling.encoder) {
-      if (auto added = add_encoder(coupling, variables, master); !added) return added;
+      if (auto added = add_encoder(coupling, variables, input_age); !added) return added;
     } else if (coupling.actual) {
       const auto& axis = config_.axes[*coupling.axis];
       auto tracker = tracker_of(config_, kOvershoot * axis.limits.max_velocity);
@@ -90,17 +90,17 @@ Result<void> LineCouplings::add_signals(motion::SingleAxes& axes, const ecat_mas
       const trajectory::FollowLimits bounds{{tracker.max_velocity, std::numeric_limits<double>::infinity()}};
       signals_.push_back(std::make_unique<MasterSignal>(
           axes.axis(*coupling.axis), exchange_divider(config_, config_.slaves[axis.slave]), tracker, bounds));
-      pair.older_s = seconds_of(input_age(axis.slave, master));
+      pair.older_s = seconds_of(input_age(axis.slave));
     }
     if (coupling.encoder || coupling.actual) pair.signal = signals_.back().get();
     const auto& slave = config_.axes[coupling.slave];
-    if (pair.signal != nullptr && !slave.is_virtual()) pair.older_s -= seconds_of(input_age(slave.slave, master));
+    if (pair.signal != nullptr && !slave.is_virtual()) pair.older_s -= seconds_of(input_age(slave.slave));
   }
   return {};
 }
 
 Result<void> LineCouplings::add_encoder(const CouplingConfig& coupling, const ecat_master::ProcessVariables& variables,
-                                        const ecat_master::Master& master) {
+                                        const InputAge& input_age) {
   const auto& encoder = plan_.encoders[*coupling.encoder];
   const auto variable = variables.find(encoder.position);
   if (!variable) return fail(ErrorKind::kSetting, describe(variable.error()), encoder.position_place);
@@ -140,7 +140,7 @@ Result<void> LineCouplings::add_encoder(const CouplingConfig& coupling, const ec
       {encoder.max_velocity, encoder.max_acceleration.value_or(std::numeric_limits<double>::infinity())}};
   signals_.push_back(std::make_unique<MasterSignal>(settings, tracker, bounds));
   pairs_.back().older_s = seconds_of(encoder.latency);
-  if (table) pairs_.back().older_s += seconds_of(input_age(*table, master));
+  if (table) pairs_.back().older_s += seconds_of(input_age(*table));
   return {};
 }
 

@@ -3,12 +3,12 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <vector>
 
 #include "driveline/ecat_master/configuration/process_variables.hpp"
-#include "driveline/ecat_master/master.hpp"
 #include "driveline/motion/single_axis/couplings.hpp"
 #include "driveline/runtime/axes/coupling_order.hpp"
 #include "driveline/runtime/config/line_config.hpp"
@@ -20,11 +20,14 @@ namespace driveline::runtime {
 /// thread may call it, with a lock of the caller held (AxisRequests has one).
 class LineCouplings {
  public:
+  /// Returns the age of the inputs of a slave when they arrive, by the number of its [[slave]].
+  using InputAge = std::function<std::chrono::nanoseconds(std::size_t slave)>;
+
   /// `axes` and `config` must outlive it. Errors, with the place in the file: the process data do not contain the entry
   /// of an encoder, or the entry cannot be an encoder.
   [[nodiscard]] static Result<std::unique_ptr<LineCouplings>> make(const LineConfig& config, motion::SingleAxes& axes,
                                                                    const ecat_master::ProcessVariables& variables,
-                                                                   const ecat_master::Master& master);
+                                                                   const InputAge& input_age);
   LineCouplings(const LineCouplings&) = delete;
   LineCouplings& operator=(const LineCouplings&) = delete;
 
@@ -56,9 +59,9 @@ class LineCouplings {
 
   explicit LineCouplings(const LineConfig& config) : config_(config), plan_(config.couplings) {}
   [[nodiscard]] Result<void> add_signals(motion::SingleAxes& axes, const ecat_master::ProcessVariables& variables,
-                                         const ecat_master::Master& master);
+                                         const InputAge& input_age);
   [[nodiscard]] Result<void> add_encoder(const CouplingConfig& coupling, const ecat_master::ProcessVariables& variables,
-                                         const ecat_master::Master& master);
+                                         const InputAge& input_age);
 
   const LineConfig& config_;
   const CouplingPlan& plan_;

@@ -78,7 +78,7 @@ std::string EventSentence::operator()(const events::ClocksLocked& facts) const {
 }
 
 std::string EventSentence::operator()(const events::StateReached& facts) const {
-  return fmt::format("all in {}", wire::to_text(facts.state));
+  return fmt::format("all in {}", facts.state);
 }
 
 std::string EventSentence::operator()(const events::NoPath& facts) const {

@@ -15,7 +15,7 @@ using motion::GroupState;
 using motion::RequestPhase;
 using trajectory::PathMove;
 using Verb = ClientGroupRequest::Verb;
-using Why = GroupRefusal::Why;
+using GroupWhy = GroupRefusal::Why;
 
 /// Resolution of tool positions, m and rad: finer differences are rounding errors of the kinematics.
 constexpr double kToolResolution = 1e-12;
@@ -59,14 +59,14 @@ GroupCommand command_of(Verb verb) noexcept {
   return GroupCommand::kHalt;
 }
 
-GroupRefusal refuse(Why why) {
+GroupRefusal refuse(GroupWhy why) {
   GroupRefusal refusal;
   refusal.why = why;
   return refusal;
 }
 
 GroupRefusal bad_move(std::string reason) {
-  auto refusal = refuse(Why::kBadMove);
+  auto refusal = refuse(GroupWhy::kBadMove);
   refusal.reason = std::move(reason);
   return refusal;
 }
@@ -167,7 +167,7 @@ events::EventGroup GroupRequests::event_group(std::size_t group) const {
 
 tl::expected<std::uint64_t, GroupRefusal> GroupRequests::submit(const AxisCaller& caller, std::size_t group,
                                                                 const ClientGroupRequest& request) {
-  if (group >= groups_.size()) return tl::unexpected(refuse(Why::kNotRunning));
+  if (group >= groups_.size()) return tl::unexpected(refuse(GroupWhy::kNotRunning));
   Guard checking(moves_lock_, std::defer_lock);
   if (request.verb == Verb::kMove) checking.lock();
   Guard guard(lock_);
@@ -182,10 +182,10 @@ tl::expected<std::uint64_t, GroupRefusal> GroupRequests::try_to_submit(const Axi
                                                                        const ClientGroupRequest& request,
                                                                        Guard& guard) {
   if (auto moved = moved_together(group)) return tl::unexpected(std::move(*moved));
-  if (running_ == nullptr) return tl::unexpected(refuse(Why::kNotRunning));
+  if (running_ == nullptr) return tl::unexpected(refuse(GroupWhy::kNotRunning));
   constexpr double kMaxShare = 2.0;
   if (request.verb == Verb::kOverride && !(request.share >= 0.0 && request.share <= kMaxShare)) {
-    auto refusal = refuse(Why::kShare);
+    auto refusal = refuse(GroupWhy::kShare);
     refusal.value = request.share;
     return tl::unexpected(std::move(refusal));
   }
@@ -196,7 +196,7 @@ tl::expected<std::uint64_t, GroupRefusal> GroupRequests::try_to_submit(const Axi
                                                : tl::expected<std::uint64_t, GroupRefusal>(running_->submit(
                                                      group, {command_of(request.verb), request.share}));
   if (!submitted) return submitted;
-  if (*submitted == 0) return tl::unexpected(refuse(Why::kTooMany));
+  if (*submitted == 0) return tl::unexpected(refuse(GroupWhy::kTooMany));
   if (ends_path(request.verb)) end_path(group);
   pending_.push_back({*submitted, *submitted, group, caller, request});
   return submitted;
@@ -303,7 +303,7 @@ GroupRequests::Refused GroupRequests::check_move(MoveCheck& check, const GroupMo
 /// Takes the result of a check over, unless the group was stopped meanwhile: its moves would start elsewhere.
 GroupRequests::Refused GroupRequests::end_check(std::size_t group, const MoveCheck& check) {
   auto& state = *groups_[group];
-  if (running_ == nullptr) return refuse(Why::kNotRunning);
+  if (running_ == nullptr) return refuse(GroupWhy::kNotRunning);
   if (state.ends != check.ends) return bad_move("the group was stopped before the move was accepted");
   state.place = check.place;
   state.halted = false;
@@ -313,7 +313,7 @@ GroupRequests::Refused GroupRequests::end_check(std::size_t group, const MoveChe
 tl::expected<TakenMoves, GroupRefusal> GroupRequests::add_moves(const AxisCaller& caller, std::size_t group,
                                                                 std::span<const PathMove> moves, bool begins,
                                                                 bool ends) {
-  if (group >= groups_.size()) return tl::unexpected(refuse(Why::kNotRunning));
+  if (group >= groups_.size()) return tl::unexpected(refuse(GroupWhy::kNotRunning));
   const std::lock_guard checking(moves_lock_);
   Guard guard(lock_);
   auto taken = try_to_add(caller, group, moves, begins, ends, guard);
@@ -330,7 +330,7 @@ tl::expected<TakenMoves, GroupRefusal> GroupRequests::try_to_add(const AxisCalle
                                                                  std::span<const PathMove> moves, bool begins,
                                                                  bool ends, Guard& guard) {
   if (auto moved = moved_together(group)) return tl::unexpected(std::move(*moved));
-  if (running_ == nullptr) return tl::unexpected(refuse(Why::kNotRunning));
+  if (running_ == nullptr) return tl::unexpected(refuse(GroupWhy::kNotRunning));
   if (auto refused = take(caller, group)) return tl::unexpected(std::move(*refused));
   if (begins) {
     find_place(group);
@@ -360,7 +360,7 @@ tl::expected<TakenMoves, GroupRefusal> GroupRequests::try_to_add(const AxisCalle
     return TakenMoves{};
   }
   const auto first = running_->move_path(group, next);
-  if (first == 0) return tl::unexpected(refuse(Why::kTooMany));
+  if (first == 0) return tl::unexpected(refuse(GroupWhy::kTooMany));
   pending_.push_back({first, first + next.size() - 1, group, caller, {}});
   groups_[group]->path_of = caller.name;
   groups_[group]->newest = pending_.back().last;
@@ -380,7 +380,7 @@ GroupRequests::Refused GroupRequests::moved_together(std::size_t group) const {
   for (const auto axis : configs_[group].axes) {
     const auto free = axis_requests_.authority().check(axis, terms);
     if (free) continue;
-    auto refusal = refuse(Why::kMovedTogether);
+    auto refusal = refuse(GroupWhy::kMovedTogether);
     refusal.owner = free.error().owner;
     return refusal;
   }
@@ -390,7 +390,7 @@ GroupRequests::Refused GroupRequests::moved_together(std::size_t group) const {
 GroupRequests::Refused GroupRequests::foreign(const AxisCaller& caller, std::size_t axis) const {
   const auto owner = axis_requests_.authority().owner_of(axis);
   if (owner.empty() || owner == caller.name || caller.take_over) return std::nullopt;
-  auto refusal = refuse(Why::kOwned);
+  auto refusal = refuse(GroupWhy::kOwned);
   refusal.owner = owner;
   refusal.axis = events::event_axis(axis_requests_.axes().at(axis));
   return refusal;
@@ -406,7 +406,7 @@ GroupRequests::Refused GroupRequests::take(const AxisCaller& caller, std::size_t
   for (const auto axis : configs_[group].axes) {
     if (axis_requests_.authority().take(axis, terms)) continue;
     auto refused = foreign(caller, axis);
-    return refused ? std::move(refused) : refuse(Why::kOwned);
+    return refused ? std::move(refused) : refuse(GroupWhy::kOwned);
   }
   return std::nullopt;
 }
@@ -414,7 +414,7 @@ GroupRequests::Refused GroupRequests::take(const AxisCaller& caller, std::size_t
 GroupRefusal GroupRequests::of_group(std::size_t group, const motion::GroupRequestReport& report,
                                      std::uint64_t request) const {
   if (report.error == GroupError::kBadMove) return bad_move(running_->refusal(request));
-  auto refusal = refuse(Why::kByGroup);
+  auto refusal = refuse(GroupWhy::kByGroup);
   refusal.error = report.error;
   // The following errors in the enumeration are errors of an axis, too.
   const bool of_axis = report.error >= GroupError::kAxisNotEnabled;
@@ -426,7 +426,7 @@ GroupRefusal GroupRequests::of_group(std::size_t group, const motion::GroupReque
 }
 
 GroupRefusal GroupRequests::refusal_of(const motion::GroupReport& report) const {
-  auto refusal = refuse(Why::kByGroup);
+  auto refusal = refuse(GroupWhy::kByGroup);
   refusal.error = report.error;
   if (report.failed_axis < axis_requests_.axes().size())
     refusal.axis = events::event_axis(axis_requests_.axes()[report.failed_axis]);
@@ -444,7 +444,7 @@ GroupProgress GroupRequests::progress_of(std::size_t group, std::uint64_t reques
   if (running_ == nullptr) {
     GroupProgress over;
     over.report.phase = RequestPhase::kAborted;
-    over.refusal = refuse(Why::kNotRunning);
+    over.refusal = refuse(GroupWhy::kNotRunning);
     return over;
   }
   // Before the report: moves that have been planned have their refusals there.

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "bus/line_motion.hpp"
 #include "driveline/motion/path/motion.hpp"
 #include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/config/line_config.hpp"
-#include "operation/line_motion.hpp"
 
 namespace driveline::runtime {
 

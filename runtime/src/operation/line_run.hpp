@@ -10,37 +10,30 @@
 #include <vector>
 
 #include "axes/line_couplings.hpp"
+#include "bus/line_bus.hpp"
+#include "bus/line_motion.hpp"
 #include "commands/command_service.hpp"
-#include "driveline/ecat_master/diagnosis/diagnosis.hpp"
-#include "driveline/ecat_master/master.hpp"
 #include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/files/output_file.hpp"
 #include "driveline/runtime/groups/group_requests.hpp"
 #include "driveline/runtime/observer.hpp"
-#include "driveline/runtime/record/exchange_group_watch.hpp"
 #include "driveline/runtime/record/run_report.hpp"
-#include "driveline/runtime/record/sync_margins.hpp"
-#include "driveline/runtime/setup/session.hpp"
 #include "driveline/snapshot/drain_thread.hpp"
 #include "groups/group_outputs.hpp"
-#include "operation/line_motion.hpp"
-#include "operation/line_services.hpp"
 #include "operation/line_tasks.hpp"
-#include "operation/line_watch.hpp"
 #include "operation/stream_service.hpp"
 #include "record/cycle_figures.hpp"
 #include "record/fault_records.hpp"
 #include "record/kept_ends.hpp"
 #include "record/recorder.hpp"
 #include "record/status_feed.hpp"
-#include "telemetry/slave_watch.hpp"
 #include "telemetry/telemetry_service.hpp"
 
 namespace driveline::runtime {
 
 class SingleMotion;
 
-/// One run: takes a line from INIT to OP, its axes along the path, and the line back to INIT. Can be used once.
+/// One run on any bus: takes a line to operation, its axes along the path, and the line back. Can be used once.
 class LineRun {
  public:
   /// Parameters of the run; all pointees must outlive it.
@@ -60,19 +53,15 @@ class LineRun {
     const std::atomic<bool>* stop = nullptr;  ///< never null; set: end the run in an orderly way
   };
 
-  LineRun(Session& session, Settings settings);
+  /// `bus` must outlive the run; until the run has ended it uses what the run has given it.
+  LineRun(LineBus& bus, Settings settings);
   ~LineRun();
 
-  /// Runs everything from the scan to INIT. The report is complete even after a failure, which its events describe.
-  /// Error: the line did not reach operation.
+  /// Runs everything from the search for slaves to the end of the line. The report is complete even after a failure,
+  /// which its events describe. Error: the line did not reach operation.
   [[nodiscard]] Result<RunReport> execute();
-  /// Whether the cycle runs and the line is supervised: all slaves are or were in OP.
-  [[nodiscard]] bool in_operation() const noexcept { return watch_ != nullptr && master_.cycling(); }
-  /// Diagnoses the line while it is in operation. The frames are sent in the gaps of the cycle.
-  [[nodiscard]] ecat_master::Result<ecat_master::LineDiagnosis> diagnose();
-  [[nodiscard]] ecat_master::Master& master() noexcept { return master_; }
-  /// Returns EoE and mailbox gateway of the line.
-  [[nodiscard]] const LineServices& services() const noexcept { return services_; }
+  /// Returns the figures of the cycles so far. Call while the line is in operation.
+  [[nodiscard]] decltype(RunReport::statistics) figures() const { return figures_->snapshot(); }
 
  private:
   [[nodiscard]] Result<void> prepare();
@@ -85,9 +74,6 @@ class LineRun {
   [[nodiscard]] Result<void> start_commands();
   [[nodiscard]] Result<void> start_telemetry();
   [[nodiscard]] Result<void> bring_up();
-  [[nodiscard]] Result<void> bring_up_clocks();
-  [[nodiscard]] Result<void> ask_drives();
-  [[nodiscard]] Result<void> must_be_free();
   [[nodiscard]] Result<void> make_motion();
   [[nodiscard]] std::unique_ptr<LineMotion> make_joint_motion();
   void make_trace();
@@ -104,23 +90,17 @@ class LineRun {
   void take_down();
   void judge_axes();
   void judge_tasks();
-  void tell_traffic();
   void finish_fault_records();
   void leave_nothing_behind();
   void pass(std::chrono::nanoseconds duration);
   void note_requests();
-  void note_services();
-  void note_startup();
   void note_streams();
   void note_telemetry();
   void tell_slaves(bool now);
   void note(EventFacts facts, Severity severity);
-  /// Returns the facts, with the fault of the link if they are about lost communication.
-  [[nodiscard]] EventFacts with_link(const EventFacts& facts) const;
   void progress(EventFacts facts) { note(std::move(facts), Severity::kProgress); }
   void fail_with(EventFacts facts) { note(std::move(facts), Severity::kFailure); }
   [[nodiscard]] bool had(Severity severity) const noexcept { return worst_ >= severity; }
-  void make_watch();
   [[nodiscard]] RunReport make_report();
   void report_axes(RunReport& report) const;
   void report_files(RunReport& report) const;
@@ -128,15 +108,14 @@ class LineRun {
   [[nodiscard]] double seconds_in_operation() const;
   [[nodiscard]] bool stop_requested() const noexcept { return settings_.stop->load(std::memory_order_relaxed); }
 
-  Session& session_;
-  LineConfig config_;  ///< configuration of the session, completed by data of the line
+  LineBus& bus_;
+  LineConfig& config_;  ///< of the bus, which completes it
   Settings settings_;
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
   rt::FileDescriptor qos_profiles_;              ///< none: the writers use their own profiles
   std::vector<rt::FileDescriptor> security_;     ///< empty: telemetry without DDS Security
   std::unique_ptr<TelemetryService> telemetry_;  ///< none: nothing is published
-  std::optional<SlaveWatch> slave_watch_;        ///< set together with telemetry_
   std::unique_ptr<StatusFeed> feed_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<CycleFigures> figures_;
@@ -146,25 +125,18 @@ class LineRun {
   std::unique_ptr<LineCouplings> couplings_;  ///< for single axes with [[coupling]]
   /// None: no commands over DDS. Declared after `stream_`, because it writes into its streams.
   std::unique_ptr<CommandService> commands_;
-  std::vector<ecat_master::ProcessDataCopy> copies_;
-  std::optional<ecat_master::ProcessVariables> variables_;
-  ExchangeGroupWatch exchange_group_watch_;
   std::unique_ptr<FaultRecords> fault_records_;
   std::unique_ptr<rt::SwitchLog> switches_;    ///< switches of the CPU of the cycle; none: not traced, or not possible
   std::string switches_unknown_;               ///< why `switches_` is none
   std::unique_ptr<motion::CycleTrace> trace_;  ///< none: not requested
-  ecat_master::Master master_;
-  LineServices services_;
   std::unique_ptr<snapshot::DrainThread> drain_;
   bool created_directory_ = false;
+  bool operating_ = false;  ///< operation has begun
   FolderLock folder_;
-  std::unique_ptr<LineWatch> watch_;
   KeptEnds<Event> events_;                ///< all events except progress
   Severity worst_ = Severity::kProgress;  ///< highest severity of all events
   KeptEnds<AuthorityRecord> authority_;
-  std::vector<SlaveMargin> margins_;        ///< as of the end of operation
   std::vector<AxisGroupRunReport> groups_;  ///< as of the end of operation
-  std::size_t startup_notes_told_ = 0;      ///< number of Master::startup_notes() that were reported
   std::string state_ = "INIT";
   double next_progress_s_ = 1.0;
   std::chrono::nanoseconds operation_start_{};

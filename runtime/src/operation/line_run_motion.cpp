@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "driveline/runtime/event.hpp"
-#include "driveline/runtime/operation/configure_line.hpp"
+#include "driveline/runtime/setup/composition.hpp"
 #include "operation/axis_verdict.hpp"
 #include "operation/joint_motion.hpp"
 #include "operation/single_motion.hpp"
@@ -23,7 +23,7 @@ constexpr auto kTimeToEnable = std::chrono::seconds{1};
 
 Result<void> LineRun::check_stream() const {
   if (!config_.stream) return {};
-  if (session_.virtual_time()) {
+  if (bus_.virtual_time()) {
     return fail(ErrorKind::kSetting, "needs real time: its clients cannot follow virtual time", "[stream]");
   }
   const auto owner = joint_owner();
@@ -52,7 +52,7 @@ Result<void> LineRun::make_motion() {
 }
 
 Result<std::unique_ptr<LineMotion>> LineRun::make_single_motion() {
-  auto axes = std::make_unique<motion::SingleAxes>(make_axes(config_, master_), single_axis_settings(config_));
+  auto axes = std::make_unique<motion::SingleAxes>(bus_.make_axes(), single_axis_settings(config_));
   for (const auto& gantry : config_.gantries) axes->add_gantry(gantry);
   if (config_.stream) {
     stream_ = std::make_unique<StreamService>(config_, *axes, settings_.axis_requests->authority());
@@ -68,7 +68,7 @@ Result<std::unique_ptr<LineMotion>> LineRun::make_single_motion() {
 /// Call before add_couplings(): an axis of a group may be a master whose slave follows its setpoint of the same cycle.
 Result<void> LineRun::add_groups(SingleMotion& motion, motion::SingleAxes& axes) {
   if (config_.axis_groups.empty()) return {};
-  auto outputs = GroupOutputs::make(config_, *variables_, copies_);
+  auto outputs = GroupOutputs::make(config_, bus_.process_data().variables, bus_.process_data().copies);
   if (!outputs) return tl::unexpected(outputs.error());
   group_outputs_ = std::move(*outputs);
   std::vector<motion::AxisGroupSettings> groups;
@@ -86,7 +86,7 @@ Result<void> LineRun::add_groups(SingleMotion& motion, motion::SingleAxes& axes)
   }
   try {
     motion.add(std::make_unique<motion::AxisGroups>(axes, std::move(groups), config_.period), std::move(limits),
-               *settings_.groups, !session_.virtual_time());
+               *settings_.groups, !bus_.virtual_time());
   } catch (const std::invalid_argument& wrong) {
     return fail(ErrorKind::kSetting, wrong.what(), "[[axis_group]]");
   }
@@ -95,7 +95,8 @@ Result<void> LineRun::add_groups(SingleMotion& motion, motion::SingleAxes& axes)
 
 Result<void> LineRun::add_couplings(motion::SingleAxes& axes) {
   if (config_.couplings.couplings.empty()) return {};
-  auto couplings = LineCouplings::make(config_, axes, *variables_, master_);
+  auto couplings = LineCouplings::make(config_, axes, bus_.process_data().variables,
+                                       [this](std::size_t slave) { return bus_.input_age(slave); });
   if (!couplings) return tl::unexpected(couplings.error());
   couplings_ = std::move(*couplings);
   settings_.axis_requests->attach(*couplings_);
@@ -103,7 +104,7 @@ Result<void> LineRun::add_couplings(motion::SingleAxes& axes) {
 }
 
 std::unique_ptr<LineMotion> LineRun::make_joint_motion() {
-  auto axes = make_axes(config_, master_);
+  auto axes = bus_.make_axes();
   const auto settings = motion_settings(config_);
   auto motion = settings_.source != nullptr
                     ? std::make_unique<motion::Motion>(std::move(axes), *settings_.source, settings)

@@ -4,15 +4,8 @@
 #include <fmt/format.h>
 
 #include "driveline/runtime/event.hpp"
-#include "driveline/runtime/setup/process_data_plan.hpp"
 
 namespace driveline::runtime {
-namespace {
-
-using std::chrono::nanoseconds;
-
-}  // namespace
-
 /// Call after the cycle has ended.
 void LineRun::finish_fault_records() {
   for (auto& recorded : fault_records_->finish()) progress(std::move(recorded));
@@ -25,46 +18,20 @@ RunReport LineRun::make_report() {
   report.state = state_;
   report.increments = config_.output.increments;
   report.period = config_.period;
-  for (const auto& wire : session_.wires()) {
-    report.interfaces.push_back({wire.interface, wire.access_method, wire.steps_down});
-  }
   report.duration_s = seconds_in_operation();
-  report.statistics = master_.core()->statistics();
-  if (const auto* runner = master_.runner()) {
-    report.thread = runner->usage();
-    report.wake_ahead = runner->wake_ahead().value_or(nanoseconds{0});
-  }
+  bus_.report(report);
   if (trace_) report.trace = trace_->cycles();
   report.trace_without_switches = switches_unknown_;
   if (motion_) report.path_late = motion_->control().path_late();
   report.longest_absence_at_s =
       std::chrono::duration<double>(report.statistics.longest_absence_at - operation_start_).count();
-  report.round_trip_modelled = !config_.interface.has_value();
-  report.process_data = view_image(config_, master_, master_.core()->groups(), &exchange_group_watch_);
-  if (auto* watch = master_.clock_watch()) {
-    const auto& follower = *master_.clock_follower();
-    auto& clocks = report.clocks.emplace();
-    clocks.locked = master_.clock_follower()->status().locked;
-    clocks.differences = watch->all_differences();
-    clocks.phase_errors = follower.phase_errors();
-    for (const auto& margin : margins_) {
-      clocks.margins.push_back({config_.slaves[margin.slave].name, margin.report});
-    }
-  }
-  if (const auto* ring = session_.ring()) {
-    report.ring = {ring->status(), ring->merged(), ring->halves(), ring->late_halves()};
-  }
   report_axes(report);
   report.axis_groups = groups_;
-  if (config_.axes.empty() && variables_) report.inputs = read_inputs(*variables_, master_.core()->image().inputs());
   report.tasks = settings_.tasks->report();
-  report.eoe = services_.eoe();
-  report.gateway_clients = services_.clients();
   if (telemetry_) report.telemetry = telemetry_->report();
   report.events = events_.all();
   report.events_left_out = events_.left_out();
   report.authority = authority_.all();
-  if (watch_) report.recoveries = watch_->supervisor().recoveries();
   report_files(report);
   return report;
 }

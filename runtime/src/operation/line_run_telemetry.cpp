@@ -19,7 +19,7 @@ constexpr auto kDrainPeriod = std::chrono::microseconds{500};
 
 Result<void> LineRun::check_commands() const {
   if (!config_.commands) return {};
-  if (session_.virtual_time()) {
+  if (bus_.virtual_time()) {
     return fail(ErrorKind::kSetting, "need real time: clients cannot follow leases in virtual time", "[commands]");
   }
   if (settings_.telemetry) return {};
@@ -41,7 +41,7 @@ Result<void> LineRun::start_bridge() {
   if (auto copied = copy_bridge_files(settings); !copied) return copied;
   if (auto ready = start_commands(); !ready) return ready;
   if (commands_) settings.commands = commands_->descriptors();
-  auto started = TelemetryService::start(config_, session_.virtual_time(), std::move(settings));
+  auto started = TelemetryService::start(config_, bus_.virtual_time(), std::move(settings));
   if (!started) return tl::unexpected(started.error());
   telemetry_ = std::move(*started);
   return {};
@@ -119,18 +119,11 @@ void LineRun::note_telemetry() {
 
 /// Publishes the slaves: if `now` is set, when something has changed, or when the interval has passed.
 void LineRun::tell_slaves(bool now) {
-  if (!slave_watch_) return;
+  if (!telemetry_) return;
   std::vector<std::string> owners;
   for (std::size_t i = 0; i < config_.axes.size(); ++i)
     owners.push_back(settings_.axis_requests->authority().owner_of(i));
-  bool changed = slave_watch_->set_owners(owners) || now;
-  if (now) {
-    slave_watch_->read();
-  } else {
-    changed = slave_watch_->poll() || changed;
-  }
-  if (!changed) return;
-  telemetry_->set_condition(slave_watch_->condition());
+  if (const auto* condition = bus_.slaves(owners, now)) telemetry_->set_condition(*condition);
 }
 
 }  // namespace driveline::runtime

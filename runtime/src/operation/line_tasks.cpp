@@ -96,7 +96,7 @@ motion::SetpointSource* LineTasks::make_source(const LineConfig& config) {
   return driven_.get();
 }
 
-Result<void> LineTasks::prepare(const LineConfig& config, const ecat_master::ProcessVariables& process_data) {
+Result<void> LineTasks::prepare(const LineConfig& config, const ProcessVariables& process_data) {
   for (const auto& entry : entries_) {
     if (auto ready = entry.task->prepare({config, process_data, entry.axes}); !ready) {
       auto error = ready.error();

@@ -18,7 +18,7 @@ class LineTasks {
   /// Makes the source of the driven axes; null if no task drives one.
   [[nodiscard]] motion::SetpointSource* make_source(const LineConfig& config);
   /// Prepares the tasks; call after make_source(). Error: that of the first task that fails.
-  [[nodiscard]] Result<void> prepare(const LineConfig& config, const ecat_master::ProcessVariables& process_data);
+  [[nodiscard]] Result<void> prepare(const LineConfig& config, const ProcessVariables& process_data);
   /// Runs a task of the line itself, after those of the application. It is not reported. Call after all add().
   void serve(motion::CycleTask& task, motion::TaskTiming timing = {}) { schedule_.add(task, timing); }
   /// Returns the schedule; null: there are no tasks.

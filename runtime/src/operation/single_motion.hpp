@@ -5,11 +5,11 @@
 #include <optional>
 #include <vector>
 
+#include "bus/line_motion.hpp"
 #include "driveline/motion/group/axis_groups.hpp"
 #include "driveline/motion/single_axis/single_axes.hpp"
 #include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/groups/group_requests.hpp"
-#include "operation/line_motion.hpp"
 
 namespace driveline::runtime {
 

@@ -13,12 +13,22 @@ std::filesystem::path numbered(const std::filesystem::path& directory, std::size
   return directory / (number == 1 ? "flight_recorder.csv" : fmt::format("flight_recorder.{}.csv", number));
 }
 
+/// Returns the labels of the columns.
+std::vector<ecat_master::FlightRecorder::AxisLabel> labels_of(const LineConfig& config) {
+  std::vector<ecat_master::FlightRecorder::AxisLabel> labels;
+  for (const auto& axis : config.axes) {
+    const auto& unit = motion::position_unit(axis);
+    const bool si = unit.name == trajectory::si_unit(unit.kind);
+    labels.push_back({axis.name, si ? nullptr : &unit, config.output.increments ? axis.increments_per_unit : 0.0});
+  }
+  return labels;
+}
+
 }  // namespace
 
-FaultRecords::FaultRecords(std::filesystem::path directory, std::vector<ecat_master::FlightRecorder::AxisLabel> axes,
-                           bool in_background)
-    : directory_(std::move(directory)),
-      axes_(std::move(axes)),
+FaultRecords::FaultRecords(const LineConfig& config, bool with_axes, bool in_background)
+    : directory_(config.output.directory),
+      axes_(with_axes ? labels_of(config) : std::vector<ecat_master::FlightRecorder::AxisLabel>{}),
       in_background_(in_background),
       recorder_(axes_.size()) {}
 

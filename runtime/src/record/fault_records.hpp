@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/cyclic/flight_recorder.hpp"
+#include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/runtime/event/result_events.hpp"
 
@@ -20,9 +21,9 @@ class FaultRecords {
  public:
   static constexpr std::size_t kMaxFiles = 8;
 
+  /// Files are in the output folder of `config`. `with_axes`: the axes of the line are moved, and have columns.
   /// `in_background`: another thread writes the files while the line continues.
-  FaultRecords(std::filesystem::path directory, std::vector<ecat_master::FlightRecorder::AxisLabel> axes,
-               bool in_background);
+  FaultRecords(const LineConfig& config, bool with_axes, bool in_background);
 
   /// Returns the recorder to which the cycle writes.
   [[nodiscard]] ecat_master::FlightRecorder& recorder() noexcept { return recorder_; }

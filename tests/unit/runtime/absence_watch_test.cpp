@@ -1,4 +1,4 @@
-#include "operation/absence_watch.hpp"
+#include "bus/absence_watch.hpp"
 
 #include <gmock/gmock.h>
 

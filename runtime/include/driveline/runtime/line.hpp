@@ -20,6 +20,7 @@
 
 namespace driveline::runtime {
 
+class EtherCatBus;
 class LineRun;
 class LineTasks;
 
@@ -146,6 +147,7 @@ class Line {
   GroupRequests groups_;
   std::atomic<bool> stop_{false};
   std::unique_ptr<LineRun> run_;
+  std::unique_ptr<EtherCatBus> bus_;  ///< ends before the run, whose motion its cycle uses
 };
 
 }  // namespace driveline::runtime

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "driveline/ecat_master/discovery/line_comparison.hpp"
@@ -10,7 +11,6 @@
 #include "driveline/ecat_master/error/startup_note.hpp"
 #include "driveline/rt/realtime_report.hpp"
 #include "driveline/runtime/setup/wire_budget.hpp"
-#include "driveline/wire/al.hpp"
 
 /// Events of bring-up and shutdown of a line.
 namespace driveline::runtime::events {
@@ -78,7 +78,8 @@ struct ClocksLocked {
 };
 /// All slaves have reached a state.
 struct StateReached {
-  wire::AlState state = wire::AlState::kNone;  ///< OP; INIT at the end
+  std::string state;         ///< name of the state: "OP"; "INIT" at the end
+  bool operational = false;  ///< process data are exchanged; false: at the end
 };
 /// The axes have no path: they wait for requests.
 struct NoPath {

@@ -13,6 +13,9 @@
 
 namespace driveline::runtime {
 
+/// The process data of a line by name.
+using ProcessVariables = ecat_master::ProcessVariables;
+
 /// An axis that a task drives.
 struct TaskAxis {
   std::size_t number = 0;               ///< index in TaskCycle::axes and in the line description
@@ -21,9 +24,9 @@ struct TaskAxis {
 
 /// Input for the preparation of a task; the task may store the references.
 struct TaskSetup {
-  const LineConfig& config;                           ///< lives as long as the line
-  const ecat_master::ProcessVariables& process_data;  ///< handles by name: process_data.entry<bool>("io.Input 1")
-  std::span<const TaskAxis> axes;                     ///< the axes of TaskPlan::drives, in that order
+  const LineConfig& config;              ///< lives as long as the line
+  const ProcessVariables& process_data;  ///< handles by name: process_data.entry<bool>("io.Input 1")
+  std::span<const TaskAxis> axes;        ///< the axes of TaskPlan::drives, in that order
 };
 
 /// A task of the application in the cycle of a Line.

@@ -1,4 +1,4 @@
-#include "operation/line_services.hpp"
+#include "ethercat/line_services.hpp"
 
 #include <utility>
 

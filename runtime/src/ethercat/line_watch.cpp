@@ -1,4 +1,4 @@
-#include "operation/line_watch.hpp"
+#include "ethercat/line_watch.hpp"
 
 #include "driveline/runtime/event.hpp"
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "bus/absence_watch.hpp"
+#include "bus/line_motion.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/event/event.hpp"
-#include "operation/absence_watch.hpp"
-#include "operation/line_motion.hpp"
 
 namespace driveline::runtime {
 

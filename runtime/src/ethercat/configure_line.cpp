@@ -1,4 +1,4 @@
-#include "driveline/runtime/operation/configure_line.hpp"
+#include "driveline/runtime/ethercat/configure_line.hpp"
 
 #include <fmt/format.h>
 
