@@ -6,6 +6,7 @@ from pathlib import Path
 FOLDERS = {
     "rt": "rt",
     "rt/guard": "rt_guard",
+    "rt/capture": "capture",
     "ecat_master/bytes": "bytes",
     "ecat_master/wire": "wire",
     "ecat_master/port": "port",
@@ -14,6 +15,7 @@ FOLDERS = {
     "ecat_master": "ecat_master",
     "canopen/sdo": "sdo",
     "canopen/wire": "canopen_wire",
+    "canopen/port": "canopen_port",
     "trajectory": "trajectory",
     "esi": "esi",
     "slaves": "slaves",

@@ -13,14 +13,15 @@
 #include <vector>
 
 #include "driveline/rt_guard/rt_guard.hpp"
-#include "pcapng_blocks.hpp"
 #include "support/must.hpp"
+#include "support/pcapng_blocks.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::port {
 namespace {
 
 using namespace std::chrono_literals;
+using namespace pcapng_test;
 using ::testing::ElementsAre;
 using ::testing::ElementsAreArray;
 using ::testing::IsEmpty;

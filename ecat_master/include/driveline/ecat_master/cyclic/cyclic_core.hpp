@@ -18,7 +18,7 @@
 #include "driveline/motion/cycle/cycle_task.hpp"
 #include "driveline/motion/cycle/cycle_trace.hpp"
 #include "driveline/motion/cycle/sample_rings.hpp"
-#include "driveline/port/counter.hpp"
+#include "driveline/rt/counter.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/rt/histogram.hpp"
 #include "driveline/snapshot/snapshot.hpp"
@@ -50,9 +50,9 @@ struct CycleStatistics {
 
 /// Counters of an exchange group since the cycle started. Any thread may read them. \rtsafe
 struct ExchangeGroupCounters {
-  port::Counter exchanges;    ///< cycles in which the group was due
-  port::Counter lost_frames;  ///< frames of the group that were not back within their cycle
-  port::Counter wkc_errors;   ///< frames of the group whose working counter is not that of a complete line
+  rt::Counter exchanges;    ///< cycles in which the group was due
+  rt::Counter lost_frames;  ///< frames of the group that were not back within their cycle
+  rt::Counter wkc_errors;   ///< frames of the group whose working counter is not that of a complete line
   std::atomic<std::uint32_t> bad_cycles{0};       ///< consecutive exchanges that were not valid for the whole group
   std::atomic<std::uint32_t> longest_bad{0};      ///< highest `bad_cycles` so far
   std::atomic<std::uint32_t> working_counter{0};  ///< working counter of the last exchange
@@ -287,10 +287,10 @@ class CyclicCore final : public motion::Cycle {
   std::uint32_t missed_now_ = 0;
   std::uint32_t recovery_requests_seen_ = 0;
   bool failure_recorded_ = false;
-  port::Counter stale_frames_;
-  port::Counter foreign_frames_;
-  port::Counter flooded_cycles_;
-  port::Counter frames_of_masters_;
+  rt::Counter stale_frames_;
+  rt::Counter foreign_frames_;
+  rt::Counter flooded_cycles_;
+  rt::Counter frames_of_masters_;
   std::atomic<std::uint64_t> other_source_{0};       ///< source address of the other master, first byte lowest
   std::atomic<std::uint64_t> other_datagram_{0};     ///< weight, command, ADP and ADO
   std::atomic<std::uint32_t> recovery_requests_{0};  ///< number of set_recovering() calls; wraps around

@@ -12,12 +12,12 @@
 #include <string>
 #include <tl/expected.hpp>
 
-#include "driveline/port/counter.hpp"
 #include "driveline/port/interface_port.hpp"
 #include "driveline/port/launch_times.hpp"
 #include "driveline/port/port_error.hpp"
 #include "driveline/port/receive_ring.hpp"
 #include "driveline/rt/clock.hpp"
+#include "driveline/rt/counter.hpp"
 #include "driveline/rt/file_descriptor.hpp"
 #include "driveline/wire/ethernet.hpp"
 
@@ -143,11 +143,11 @@ class RawSocketPort final : public InterfacePort {
   std::chrono::nanoseconds last_arrival_{};
   std::array<std::byte, kMaxFrameBytes> buffer_{};  ///< receive buffer when there is no ring
 
-  Counter sent_;
-  Counter send_failures_;
-  Counter received_;
-  Counter too_short_;
-  Counter too_long_;
+  rt::Counter sent_;
+  rt::Counter send_failures_;
+  rt::Counter received_;
+  rt::Counter too_short_;
+  rt::Counter too_long_;
 };
 
 }  // namespace driveline::port

@@ -4,9 +4,9 @@
 #include <atomic>
 #include <vector>
 
-#include "driveline/port/counter.hpp"
 #include "driveline/port/port.hpp"
 #include "driveline/rt/clock.hpp"
+#include "driveline/rt/counter.hpp"
 
 namespace driveline::port {
 
@@ -142,9 +142,9 @@ class RedundantPort final : public Port {
   Bytes merged_frame_{};
   std::optional<ReceivedFrame> ready_;
   std::chrono::nanoseconds last_send_{0};
-  Counter merged_;
-  Counter halves_;
-  Counter late_halves_;
+  rt::Counter merged_;
+  rt::Counter halves_;
+  rt::Counter late_halves_;
   std::atomic<std::uint64_t> status_{0};
   std::atomic<std::uint64_t> time_route_{0};
 };

@@ -9,8 +9,8 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "driveline/port/counter.hpp"
 #include "driveline/port/interface_port.hpp"
+#include "driveline/rt/counter.hpp"
 #include "driveline/rt/file_descriptor.hpp"
 
 namespace driveline::port {
@@ -119,11 +119,11 @@ class XdpPort final : public InterfacePort {
   rt::Clock& clock_;
   std::chrono::nanoseconds last_send_time_{};
 
-  Counter sent_;
-  Counter send_failures_;
-  Counter received_;
-  Counter too_short_;
-  Counter too_long_;
+  rt::Counter sent_;
+  rt::Counter send_failures_;
+  rt::Counter received_;
+  rt::Counter too_short_;
+  rt::Counter too_long_;
 };
 
 /// Whether an XDP program of any process is attached to the interface; false if the kernel does not report it or there

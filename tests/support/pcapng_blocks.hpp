@@ -1,34 +1,54 @@
-#include "pcapng_blocks.hpp"
+#pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
-namespace driveline::port {
+/// A reader of pcapng files for tests, which is independent of PcapngWriter.
+namespace driveline::pcapng_test {
 
-namespace {
+using Bytes = std::vector<std::byte>;
 
-std::uint64_t number(const Bytes& bytes, std::size_t offset, std::size_t size) {
+/// A pcapng block.
+struct PcapngBlock {
+  std::uint32_t type = 0;
+  Bytes body;  ///< between the two lengths
+};
+
+/// A decoded Enhanced Packet Block.
+struct PcapngPacket {
+  std::uint64_t time_ns = 0;
+  Bytes frame;
+  std::map<std::uint16_t, std::uint64_t> options;  ///< code to little-endian value
+};
+
+inline std::uint64_t number(const Bytes& bytes, std::size_t offset, std::size_t size) {
   if (offset + size > bytes.size()) throw std::runtime_error{"the file ends within a number"};
   std::uint64_t value = 0;
   for (std::size_t i = size; i-- > 0;) value = value * 256 + std::to_integer<std::uint64_t>(bytes[offset + i]);
   return value;
 }
 
-Bytes part(const Bytes& bytes, std::size_t offset, std::size_t size) {
+inline Bytes part(const Bytes& bytes, std::size_t offset, std::size_t size) {
   if (offset + size > bytes.size()) throw std::runtime_error{"the file ends within a field"};
   const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(offset);
   return {begin, begin + static_cast<std::ptrdiff_t>(size)};
 }
 
-std::size_t padded(std::size_t size) {
+inline std::size_t padded(std::size_t size) {
   return (size + 3) & ~std::size_t{3};
 }
 
-}  // namespace
-
-std::vector<PcapngBlock> pcapng_blocks(const Bytes& file) {
+/// Splits a little-endian pcapng file into blocks. Throws std::runtime_error if the file violates the rules: lengths
+/// that differ or are no multiple of 4, remaining bytes.
+inline std::vector<PcapngBlock> pcapng_blocks(const Bytes& file) {
   std::vector<PcapngBlock> blocks;
   for (std::size_t at = 0; at < file.size();) {
     const std::size_t length = number(file, at + 4, 4);
@@ -40,7 +60,8 @@ std::vector<PcapngBlock> pcapng_blocks(const Bytes& file) {
   return blocks;
 }
 
-std::map<std::uint16_t, std::uint64_t> pcapng_options(const PcapngBlock& block, std::size_t offset) {
+/// Options that start at `offset` in the body of a block.
+inline std::map<std::uint16_t, std::uint64_t> pcapng_options(const PcapngBlock& block, std::size_t offset) {
   std::map<std::uint16_t, std::uint64_t> options;
   while (true) {
     const auto code = static_cast<std::uint16_t>(number(block.body, offset, 2));
@@ -54,7 +75,7 @@ std::map<std::uint16_t, std::uint64_t> pcapng_options(const PcapngBlock& block, 
   return options;
 }
 
-PcapngPacket pcapng_packet(const PcapngBlock& block) {
+inline PcapngPacket pcapng_packet(const PcapngBlock& block) {
   const std::size_t captured = number(block.body, 12, 4);
   if (number(block.body, 16, 4) != captured) throw std::runtime_error{"captured and original length differ"};
   return {.time_ns = (number(block.body, 4, 4) << 32) | number(block.body, 8, 4),
@@ -62,7 +83,7 @@ PcapngPacket pcapng_packet(const PcapngBlock& block) {
           .options = pcapng_options(block, 20 + padded(captured))};
 }
 
-std::vector<PcapngPacket> pcapng_packets(const Bytes& file) {
+inline std::vector<PcapngPacket> pcapng_packets(const Bytes& file) {
   std::vector<PcapngPacket> packets;
   for (const PcapngBlock& block : pcapng_blocks(file)) {
     if (block.type == 6) packets.push_back(pcapng_packet(block));
@@ -70,7 +91,7 @@ std::vector<PcapngPacket> pcapng_packets(const Bytes& file) {
   return packets;
 }
 
-Bytes read_bytes(const std::filesystem::path& file) {
+inline Bytes read_bytes(const std::filesystem::path& file) {
   std::ifstream stream{file, std::ios::binary};
   Bytes bytes;
   std::transform(std::istreambuf_iterator<char>{stream}, {}, std::back_inserter(bytes),
@@ -78,4 +99,4 @@ Bytes read_bytes(const std::filesystem::path& file) {
   return bytes;
 }
 
-}  // namespace driveline::port
+}  // namespace driveline::pcapng_test

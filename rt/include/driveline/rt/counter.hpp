@@ -3,7 +3,7 @@
 #include <atomic>
 #include <cstdint>
 
-namespace driveline::port {
+namespace driveline::rt {
 
 /// Counts events in one thread; any thread may read the count. The count synchronises no other data, hence relaxed.
 class Counter {
@@ -20,4 +20,4 @@ class Counter {
   std::atomic<std::uint64_t> events_{0};
 };
 
-}  // namespace driveline::port
+}  // namespace driveline::rt

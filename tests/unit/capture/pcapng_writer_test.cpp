@@ -1,15 +1,16 @@
-#include "driveline/port/pcapng_writer.hpp"
+#include "driveline/capture/pcapng_writer.hpp"
 
 #include <gmock/gmock.h>
 
 #include <string>
 
-#include "pcapng_blocks.hpp"
+#include "support/pcapng_blocks.hpp"
 
-namespace driveline::port {
+namespace driveline::capture {
 namespace {
 
 using namespace std::chrono_literals;
+using namespace pcapng_test;
 using ::testing::ElementsAre;
 using ::testing::ElementsAreArray;
 using ::testing::Pair;
@@ -102,5 +103,13 @@ TEST(PcapngWriter, InterfaceWithoutNameHasNoNameOption) {
   EXPECT_THAT(pcapng_options(pcapng_blocks(sink).at(1), 8), ElementsAre(Pair(9, 9), Pair(13, 0)));
 }
 
+TEST(PcapngWriter, AnInterfaceOfCanHasItsLinkTypeAndNoFcs) {
+  Bytes sink;
+  PcapngWriter{sink, LinkType::kCanSocketcan}.header("");
+  const auto interface = pcapng_blocks(sink).at(1);
+  EXPECT_EQ(number(interface.body, 0, 2), 227U);  // LINKTYPE_CAN_SOCKETCAN
+  EXPECT_THAT(pcapng_options(interface, 8), ElementsAre(Pair(9, 9)));
+}
+
 }  // namespace
-}  // namespace driveline::port
+}  // namespace driveline::capture

@@ -1,10 +1,10 @@
-#include "driveline/port/pcapng_writer.hpp"
+#include "driveline/capture/pcapng_writer.hpp"
 
 #include <algorithm>
 
 #include "driveline/bytes/endian.hpp"
 
-namespace driveline::port {
+namespace driveline::capture {
 
 namespace {
 
@@ -16,7 +16,6 @@ constexpr std::uint32_t kEnhancedPacket = 6;
 
 constexpr std::uint32_t kByteOrderMagic = 0x1A2B3C4D;
 constexpr std::uint64_t kUnknownSectionLength = ~std::uint64_t{0};
-constexpr std::uint16_t kLinkTypeEthernet = 1;
 constexpr std::uint32_t kNoSnapLength = 0;
 constexpr std::uint32_t kInterfaceId = 0;  // index of the first and only interface
 
@@ -57,18 +56,18 @@ void PcapngWriter::header(std::string_view interface_name) {
   end_block(section);
 
   const std::size_t interface = begin_block(kInterfaceDescription);
-  put(kLinkTypeEthernet);
+  put(static_cast<std::uint16_t>(link_type_));
   put(std::uint16_t{0});  // reserved
   put(kNoSnapLength);
   if (!interface_name.empty()) option(kInterfaceName, std::as_bytes(std::span{interface_name}));
   option_integer(kInterfaceTimeResolution, kNanoseconds);
   // Without this option the dissector guesses, and takes the last bytes of some frames for a wrong FCS.
-  option_integer(kInterfaceFcsLength, std::uint8_t{0});
+  if (link_type_ == LinkType::kEthernet) option_integer(kInterfaceFcsLength, std::uint8_t{0});
   end_of_options();
   end_block(interface);
 }
 
-void PcapngWriter::packet(const Packet& packet) {
+void PcapngWriter::packet(const CapturedPacket& packet) {
   const std::size_t start = begin_block(kEnhancedPacket);
   put(kInterfaceId);
   time_stamp(packet.unix_time);
@@ -133,4 +132,4 @@ void PcapngWriter::pad() {
   sink_.resize((sink_.size() + 3) / 4 * 4);
 }
 
-}  // namespace driveline::port
+}  // namespace driveline::capture
