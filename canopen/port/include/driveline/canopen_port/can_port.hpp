@@ -33,17 +33,17 @@ enum class BusState : std::uint8_t {
 
 /// Counters of a port since it was opened.
 struct PortStatistics {
-  std::uint64_t sent = 0;                      ///< frames that send() accepted
-  std::uint64_t received = 0;                  ///< frames that receive() returned, error frames included
-  std::uint64_t error_frames = 0;              ///< error frames among them
-  std::uint64_t lost = 0;                      ///< frames that the adapter or its connection says it lost
-  std::uint64_t malformed = 0;                 ///< input that is no frame and no answer of the protocol, frames of CAN
-                                               ///< FD among it; it was skipped
-  BusState state = BusState::kUnknown;         ///< as the adapter told it last
-  std::optional<std::uint8_t> send_errors;     ///< transmit error counter, where the adapter tells it
-  std::optional<std::uint8_t> receive_errors;  ///< receive error counter, where the adapter tells it
-  bool down = false;                           ///< the adapter or its connection is gone: send() gives kDown, and
-                                               ///< nothing comes any more
+  std::uint64_t sent = 0;                     ///< frames that send() accepted
+  std::uint64_t received = 0;                 ///< frames that receive() returned, error frames included
+  std::uint64_t error_frames = 0;             ///< error frames among them
+  std::uint64_t lost = 0;                     ///< frames that the adapter or its connection says it lost
+  std::uint64_t malformed = 0;                ///< input that is no frame and no answer of the protocol, frames of CAN
+                                              ///< FD among it; it was skipped
+  BusState state = BusState::kUnknown;        ///< as the adapter told it last
+  std::optional<std::uint8_t> send_errors{};  ///< transmit error counter, where the adapter tells it
+  std::optional<std::uint8_t> receive_errors{};  ///< receive error counter, where the adapter tells it
+  bool down = false;                             ///< the adapter or its connection is gone: send() gives kDown, and
+                                                 ///< nothing comes any more
 };
 
 /// The only interface to a CAN bus. A CAN interface of the kernel, the adapters and servers that other programs speak

@@ -17,4 +17,9 @@ struct CanPortError {
   std::string message;                                 ///< one sentence: what is wrong, and what was expected
 };
 
+/// The error as a sentence.
+[[nodiscard]] inline std::string describe(const CanPortError& error) {
+  return error.message;
+}
+
 }  // namespace driveline::canopen

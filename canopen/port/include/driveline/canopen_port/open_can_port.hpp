@@ -6,17 +6,10 @@
 
 #include "driveline/canopen_port/can_port.hpp"
 #include "driveline/canopen_port/can_port_error.hpp"
+#include "driveline/canopen_port/can_port_options.hpp"
 #include "driveline/rt/clock.hpp"
 
 namespace driveline::canopen {
-
-/// Settings of a bus that the adapter is asked for when it is opened.
-struct CanPortOptions {
-  std::uint32_t bit_rate = 1'000'000;  ///< in bit/s: one of 10000, 20000, 50000, 100000, 125000, 250000, 500000,
-                                       ///< 800000, 1000000; adapters whose rate is set elsewhere ignore it
-  bool listen_only = false;   ///< receives without acknowledging, where the adapter can
-  bool error_frames = false;  ///< reports error frames, where the adapter can
-};
 
 /// Opens the port that `text` names; the clock must outlive the port.
 ///

@@ -77,6 +77,38 @@ struct StampedFrame {
   return 8'000'000 / (prescaler * (1 + segment1 + segment2));
 }
 
+/// The command that sets a bit rate: "S6" where there is one of kBitRates, otherwise "s" with bus timing registers that
+/// make it exactly, of 8 to 25 time quanta with the sample point next to 87.5 %, where CiA 301 wants it. Empty: no
+/// registers do.
+[[nodiscard]] constexpr Text<8> bit_rate_command(std::uint32_t bit_rate) noexcept {
+  Text<8> command;
+  for (std::size_t i = 0; i < kBitRates.size(); ++i) {
+    if (kBitRates[i] == bit_rate) return command.add('S').add_decimal(i);
+  }
+  std::uint32_t best = ~0U;  // distance from the sample point, in thousandths of a bit
+  std::uint16_t registers = 0;
+  for (std::uint32_t timing = 0; timing < 0x2000; ++timing) {
+    const auto candidate = static_cast<std::uint16_t>((timing >> 7U) << 8U | (timing & 0x7FU));
+    const std::uint32_t before = 2 + (candidate & 0xFU);  // quanta before the sample point
+    const std::uint32_t quanta = before + 1 + (candidate >> 4U & 0x7U);
+    const std::uint32_t prescaler = (candidate >> 8U & 0x3FU) + 1;
+    if (quanta < 8 || bit_rate_of(candidate) != bit_rate || bit_rate * prescaler * quanta != 8'000'000) continue;
+    const std::uint32_t sample_point = 1000 * before / quanta;
+    const std::uint32_t distance = sample_point > 875 ? sample_point - 875 : 875 - sample_point;
+    if (distance >= best) continue;
+    best = distance;
+    registers = candidate;
+  }
+  return best == ~0U ? command : command.add('s').add_hex(registers, 4);
+}
+
+/// Bits of the answer to the command F (LAWICEL AB, CANUSB manual).
+namespace status_flag {
+inline constexpr std::uint8_t kErrorWarning = 0x04;  ///< an error counter has reached 96
+inline constexpr std::uint8_t kDataOverrun = 0x08;   ///< frames were lost since the last answer
+inline constexpr std::uint8_t kErrorPassive = 0x20;  ///< an error counter has reached 128
+}  // namespace status_flag
+
 }  // namespace slcan
 
 }  // namespace driveline::canopen
