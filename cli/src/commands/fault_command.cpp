@@ -6,6 +6,7 @@
 #include "commands/commands.hpp"
 #include "commands/control_path.hpp"
 #include "console.hpp"
+#include "driveline/runtime/can_line/can_fault_text.hpp"
 #include "driveline/runtime/config/fault_text.hpp"
 #include "driveline/runtime/config/persona_text.hpp"
 
@@ -21,7 +22,7 @@ struct FaultOptions {
 Outcome<int> fault(const FaultOptions& options) {
   const auto command = fmt::format("{}", fmt::join(options.words, " "));
   if (command == "help") {
-    print_out("{}", runtime::fault_help());
+    print_out("{}\n{}", runtime::fault_help(), runtime::can_fault_help());
     return 0;
   }
   if (command == "personas") {

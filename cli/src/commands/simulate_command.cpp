@@ -55,6 +55,8 @@ struct SimulateOptions {
 std::string_view can_option(const SimulateOptions& options) {
   if (!options.can.slcan.empty()) return "--slcan";
   if (!options.can.socketcand.empty()) return "--socketcand";
+  if (!options.can.cannelloni_udp.empty()) return "--cannelloni-udp";
+  if (!options.can.cannelloni_tcp.empty()) return "--cannelloni-tcp";
   return options.can.pty.empty() ? std::string_view() : "--pty";
 }
 
@@ -63,8 +65,7 @@ std::string_view ethercat_option(const SimulateOptions& options) {
   if (!options.bus.interface.empty()) return "--iface";
   if (!options.bus.interface2.empty()) return "--iface2";
   if (options.busy_poll) return "--busy-poll";
-  if (options.force) return "--force";
-  return options.control.empty() ? std::string_view() : "--control";
+  return options.force ? "--force" : std::string_view();
 }
 
 /// Executes commands for the served line.
@@ -219,6 +220,7 @@ Outcome<int> simulate(const SimulateOptions& options) {
     }
     auto can = options.can;
     can.config = bus.config;
+    can.control = options.control;
     return simulate_can(can);
   }
   if (const auto other = can_option(options); !other.empty()) {
@@ -298,6 +300,10 @@ Execute prepare_simulate(Arguments& to) {
             "Serve a CAN line to programs that use serial CAN adapters over TCP");
   to.option("--socketcand", &options->can.socketcand, Value::text("ADDRESS:PORT"),
             "Serve a CAN line to clients of socketcand");
+  to.option("--cannelloni-udp", &options->can.cannelloni_udp, Value::text("ADDRESS:PORT"),
+            "Serve a CAN line to programs that speak cannelloni in UDP");
+  to.option("--cannelloni-tcp", &options->can.cannelloni_tcp, Value::text("ADDRESS:PORT"),
+            "Serve a CAN line to programs that speak cannelloni over TCP");
   to.option("--pty", &options->can.pty, Value::file("PATH"),
             "Make a terminal at this path that is a serial CAN adapter on a CAN line");
   to.flag("--force", options->force, "Use the interface even if another process of this program uses it");

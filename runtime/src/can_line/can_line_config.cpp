@@ -62,8 +62,11 @@ CanNodeConfig read_can_node(TomlReader reader, const CanLineConfig& config, cons
   for (const auto& other : config.nodes) before.push_back(other.device);
   const auto& family = read_can_family(reader, devices);
   node.device = family.read({reader, directory, nullptr, before});
-  if (!node.device->simulate_on_can({node.name, 1, node.node_id})) {
+  if (!node.device->simulate_on_can({node.name, 1, node.node_id, config.bit_rate})) {
     reader.fail("model", fmt::format("is \"{}\", which has no CAN connection", family.key()));
+  }
+  if (const auto reason = node.device->why_not_at(config.bit_rate); !reason.empty()) {
+    reader.fail("model", fmt::format("\"{}\" {}", node.name, reason));
   }
   reader.finish();
   return node;
@@ -85,6 +88,9 @@ CanLineConfig read_can_config(const toml::table& table, const std::filesystem::p
   for (auto& reader : nodes) {
     config.nodes.push_back(read_can_node(std::move(reader), config, file.parent_path(), devices));
   }
+  std::vector<std::string> names;
+  for (const auto& node : config.nodes) names.push_back(node.name);
+  for (auto& reader : root.tables("fault")) config.faults.push_back(read_can_fault(std::move(reader), names));
   root.finish();
   return config;
 }

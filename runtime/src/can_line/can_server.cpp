@@ -12,9 +12,11 @@
 #include <optional>
 #include <utility>
 
+#include "can_line/datagram_entrance.hpp"
 #include "can_line/terminal.hpp"
 #include "driveline/rt/file_descriptor.hpp"
 #include "driveline/runtime/eoe/ip_network.hpp"
+#include "driveline/slaves/can/cannelloni_door.hpp"
 #include "driveline/slaves/can/slcan_door.hpp"
 #include "driveline/slaves/can/socketcand_door.hpp"
 #include "gateway/gateway_sockets.hpp"
@@ -61,47 +63,62 @@ CanServer::CanServer(CanLine& line, rt::Clock& clock) : line_(&line), clock_(&cl
 
 CanServer::~CanServer() = default;
 
-void CanServer::add_client(Entrance& entrance, std::unique_ptr<Door> door) {
+void CanServer::add_client(Entrance& entrance, std::unique_ptr<Door> door, bool recovers) {
   // No controller of a client has another bit rate than the line unless the client asks for it.
-  line_->bus().attach(*door, {.bit_rate = line_->bit_rate(), .error_frames = true});
+  line_->bus().attach(*door, {.bit_rate = line_->bit_rate(), .error_frames = true, .automatic_recovery = recovers});
   entrance.clients.push_back({std::move(door), -1, {}, 0});
 }
 
 Result<std::unique_ptr<CanServer>> CanServer::open(CanLine& line, const std::string& interface,
                                                    const CanEntrances& entrances, rt::Clock& clock) {
   std::unique_ptr<CanServer> server(new CanServer(line, clock));
-  const auto listen = [&](TcpPlace place, std::string_view protocol, const auto& make_door) -> Result<void> {
-    auto entrance = std::make_unique<Entrance>();
-    entrance->listener = listen_at(place.address, place.port);
-    entrance->place = fmt::format("{} at {}:{}", protocol, to_text(place.address), place.port);
-    if (!entrance->listener.valid()) {
-      return fail(ErrorKind::kMachine, fmt::format("cannot listen: {}", std::strerror(errno)), entrance->place);
-    }
-    for (std::size_t i = 0; i < kMaxClients; ++i) server->add_client(*entrance, make_door());
-    server->entrances_.push_back(std::move(entrance));
-    return {};
-  };
-  const auto slcan = [] { return std::make_unique<slaves::can::SlcanDoor>(); };
-  for (const auto& place : entrances.slcan) {
-    if (auto done = listen(place, "slcan", slcan); !done) return tl::unexpected(done.error());
-  }
-  const auto epoch = since_1970();
-  const auto socketcand = [&] { return std::make_unique<slaves::can::SocketcandDoor>(interface, epoch); };
-  for (const auto& place : entrances.socketcand) {
-    if (auto done = listen(place, "socketcand", socketcand); !done) return tl::unexpected(done.error());
-  }
+  if (auto done = server->listen_everywhere(interface, entrances); !done) return tl::unexpected(done.error());
   for (const auto& link : entrances.ptys) {
-    auto terminal = Terminal::open(link);
-    if (!terminal) return tl::unexpected(terminal.error());
-    auto entrance = std::make_unique<Entrance>();
-    entrance->place = fmt::format("slcan at {}", link.string());
-    server->add_client(*entrance, slcan());
-    entrance->clients.front().descriptor = terminal->near_end();
-    entrance->clients.front().door->open();
-    entrance->terminal.emplace(std::move(*terminal));
-    server->entrances_.push_back(std::move(entrance));
+    if (auto done = server->open_terminal(link); !done) return tl::unexpected(done.error());
+  }
+  for (const auto& place : entrances.cannelloni_udp) {
+    auto entrance = DatagramEntrance::open(line, place.address, place.port, kMaxClients);
+    if (!entrance) return tl::unexpected(entrance.error());
+    server->datagrams_.push_back(std::move(*entrance));
   }
   return server;
+}
+
+Result<void> CanServer::listen_everywhere(const std::string& interface, const CanEntrances& entrances) {
+  const auto listen = [this](const std::vector<TcpPlace>& places, std::string_view protocol, bool recovers,
+                             const auto& make_door) -> Result<void> {
+    for (TcpPlace place : places) {
+      auto entrance = std::make_unique<Entrance>();
+      entrance->listener = listen_at(place.address, place.port);
+      entrance->place = fmt::format("{} at {}:{}", protocol, to_text(place.address), place.port);
+      if (!entrance->listener.valid()) {
+        return fail(ErrorKind::kMachine, fmt::format("cannot listen: {}", std::strerror(errno)), entrance->place);
+      }
+      for (std::size_t i = 0; i < kMaxClients; ++i) add_client(*entrance, make_door(), recovers);
+      entrances_.push_back(std::move(entrance));
+    }
+    return {};
+  };
+  const auto epoch = since_1970();
+  const auto slcan = [] { return std::make_unique<slaves::can::SlcanDoor>(); };
+  const auto socketcand = [&] { return std::make_unique<slaves::can::SocketcandDoor>(interface, epoch); };
+  const auto tunnel = [] { return std::make_unique<slaves::can::CannelloniTcpDoor>(); };
+  if (auto done = listen(entrances.slcan, "slcan", false, slcan); !done) return done;
+  if (auto done = listen(entrances.socketcand, "socketcand", false, socketcand); !done) return done;
+  return listen(entrances.cannelloni_tcp, "cannelloni on TCP", true, tunnel);
+}
+
+Result<void> CanServer::open_terminal(const std::filesystem::path& link) {
+  auto terminal = Terminal::open(link);
+  if (!terminal) return tl::unexpected(terminal.error());
+  auto entrance = std::make_unique<Entrance>();
+  entrance->place = fmt::format("slcan at {}", link.string());
+  add_client(*entrance, std::make_unique<slaves::can::SlcanDoor>());
+  entrance->clients.front().descriptor = terminal->near_end();
+  entrance->clients.front().door->open();
+  entrance->terminal.emplace(std::move(*terminal));
+  entrances_.push_back(std::move(entrance));
+  return {};
 }
 
 void CanServer::wait(nanoseconds longest) {
@@ -114,7 +131,10 @@ void CanServer::wait(nanoseconds longest) {
       places.push_back({client.descriptor, static_cast<short>(in | out), 0});
     }
   }
-  const auto due = line_->bus().next_event();
+  for (const auto& entrance : datagrams_) {
+    places.push_back({entrance->descriptor(), static_cast<short>(POLLIN | (entrance->sends() ? POLLOUT : 0)), 0});
+  }
+  const auto due = line_->next_event();
   const auto time = to_timespec(due == slaves::can::kNever ? longest : std::min(longest, due - now()));
   if (::ppoll(places.data(), places.size(), &time, nullptr) < 0) {
     for (pollfd& place : places) place.revents = 0;
@@ -128,13 +148,17 @@ void CanServer::wait(nanoseconds longest) {
 
 void CanServer::turn(nanoseconds longest) {
   wait(longest);
-  line_->bus().advance(now());
+  line_->advance(now());
   for (const auto& entrance : entrances_) {
     for (Client& client : entrance->clients) {
       if (client.ready != 0) read(client);
       write(client);
     }
     if (std::exchange(entrance->ready, false)) accept(*entrance);
+  }
+  for (const auto& entrance : datagrams_) {
+    entrance->read(line_->bus().now());
+    entrance->write();
   }
 }
 
@@ -188,6 +212,7 @@ void CanServer::drop(Client& client) {
 std::vector<std::string> CanServer::places() const {
   std::vector<std::string> places;
   for (const auto& entrance : entrances_) places.push_back(entrance->place);
+  for (const auto& entrance : datagrams_) places.push_back(entrance->place());
   return places;
 }
 
@@ -196,6 +221,7 @@ std::size_t CanServer::clients() const noexcept {
   for (const auto& entrance : entrances_) {
     for (const Client& client : entrance->clients) count += client.descriptor < 0 ? 0U : 1U;
   }
+  for (const auto& entrance : datagrams_) count += entrance->clients();
   return count;
 }
 
@@ -204,6 +230,7 @@ slaves::can::DoorStatistics CanServer::statistics() const {
   for (const auto& entrance : entrances_) {
     for (const Client& client : entrance->clients) sum += client.door->statistics();
   }
+  for (const auto& entrance : datagrams_) sum += entrance->statistics();
   return sum;
 }
 

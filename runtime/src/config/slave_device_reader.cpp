@@ -43,6 +43,9 @@ void read_slave_device(TomlReader& reader, const LineConfig& config, DeviceFiles
   for (const auto& other : config.slaves) before.push_back(other.device);
   slave.device = family.read({reader, files.directory(), slave.esi, before});
   if (!slave.device) reader.fail("model", fmt::format("the family \"{}\" created no device from it", family.key()));
+  if (!slave.device->on_ethercat()) {
+    reader.fail("model", fmt::format("is \"{}\", which has no EtherCAT connection", family.key()));
+  }
 }
 
 }  // namespace driveline::runtime

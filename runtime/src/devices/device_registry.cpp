@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "devices/eds/eds_family.hpp"
 #include "devices/generic/generic_family.hpp"
 #include "devices/msd/msd_family.hpp"
 #include "driveline/runtime/devices/msd_device.hpp"
@@ -16,6 +17,7 @@ DeviceRegistry::DeviceRegistry() {
     families_.push_back(std::make_shared<MsdFamily>(variant.variant));
   }
   families_.push_back(std::make_shared<GenericFamily>());
+  families_.push_back(std::make_shared<EdsFamily>());
 }
 
 Result<void> DeviceRegistry::add(std::shared_ptr<const DeviceFamily> family) {

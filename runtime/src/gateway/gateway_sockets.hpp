@@ -25,6 +25,9 @@ struct GatewaySockets {
 /// valid: the address is not available, see errno.
 [[nodiscard]] rt::FileDescriptor listen_at(const wire::IpV4Address& address, std::uint16_t& port);
 
+/// Opens a non-blocking UDP socket at `address`; like listen_at().
+[[nodiscard]] port::FileDescriptor receive_at(const wire::IpV4Address& address, std::uint16_t& port);
+
 /// Makes a TCP socket send small pieces at once, without waiting for more.
 void send_without_delay(int socket) noexcept;
 

@@ -3,6 +3,7 @@ import json
 import re
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import unittest
@@ -99,6 +100,119 @@ class PythonCan(CanLine):
                 self.assertLess(abs(seen["distance"] - 2**20 - 333), 200)
 
 
+def frames_of(data):
+    """The frames in bytes of cannelloni, by its doc/udp_format.md: identifiers with flags, and data."""
+    frames = []
+    while data:
+        identifier, length = struct.unpack_from(">IB", data)
+        frames.append((identifier, data[5:5 + length]))
+        data = data[5 + length:]
+    return frames
+
+
+class Cannelloni(CanLine):
+    """No program of cannelloni is in Debian: the packets are built here, by the public description of the tool."""
+    UPLOAD = struct.pack(">IB", 0x601, 8) + bytes.fromhex("4000100000000000")  # of 1000h of node 1
+    ANSWER = (0x581, bytes.fromhex("4300100092010200"))
+
+    def test_packets_of_two_clients(self):
+        line = self.serve("--cannelloni-udp", "127.0.0.1:0")
+        place = ("127.0.0.1", self.port_of("cannelloni on UDP"))
+        clients = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2)]
+        for client in clients:
+            self.addCleanup(client.close)
+            client.settimeout(PATIENCE_S)
+            client.sendto(b"\x02\x00\x00\x00\x00", place)  # no frames: here I am
+        clients[0].sendto(b"\x01\x00\x00\x00\x00", place)  # another version
+        clients[0].sendto(b"\x02\x00\x03\x00\x01" + self.UPLOAD, place)  # behind a gap of two
+        sequences = []
+        for client in clients:
+            frames = []
+            while self.ANSWER not in frames:
+                packet, sender = client.recvfrom(2000)
+                self.assertEqual(sender, place)
+                version, operation, sequence, count = struct.unpack_from(">BBBH", packet)
+                self.assertEqual((version, operation), (2, 0))
+                self.assertEqual(len(frames_of(packet[5:])), count)
+                frames += frames_of(packet[5:])
+                sequences.append(sequence)
+        self.assertEqual(sequences[0], 0)
+        self.assertRegex(self.end_of(line), r"clients: 1 sent, \d+ received, 0 lost, 1 refused, 2 packets missing")
+
+    def test_a_stream(self):
+        line = self.serve("--cannelloni-tcp", "127.0.0.1:0")
+        port = self.port_of("cannelloni on TCP")
+        with socket.create_connection(("127.0.0.1", port), PATIENCE_S) as client:
+            client.sendall(b"CANNELLONIv1" + self.UPLOAD)
+            data = b""
+            while len(data) < 12 + 13:
+                data += client.recv(100)
+            self.assertEqual(data[:12], b"CANNELLONIv1")
+            self.assertEqual(frames_of(data[12:]), [self.ANSWER])
+        with socket.create_connection(("127.0.0.1", port), PATIENCE_S) as client:
+            client.sendall(b"GET / HTTP/1.1\r\n\r\n")
+            data = b"-"
+            try:
+                while data:
+                    data = client.recv(100)
+            except ConnectionResetError:
+                pass  # it was sent away with bytes that nobody has read
+        self.assertIn("1 refused", self.end_of(line))
+
+
+class Faults(CanLine):
+    def setUp(self):
+        super().setUp()
+        self.line = self.serve("--slcan", "127.0.0.1:0", "--control", self.directory / "can.socket")
+
+    def order(self, command, *words, status=0):
+        result = self.run_program(command, "--control", self.directory / "can.socket", *words)
+        self.assertEqual(result.returncode, status, result.stderr)
+        return result.stdout if status == 0 else result.stderr
+
+    def test_faults_from_another_process(self):
+        self.assertEqual(self.order("fault", "list"), "no faults\n")
+        self.assertRegex(self.order("fault", "states"), r"^Pre-operational: \w+( \w+){7}$")
+        self.assertEqual(self.order("fault", "power-off", "slave=0"), "done\n")
+        self.assertEqual(self.order("fault", "drop", "id=0x181", "count=5"), "done\n")
+        self.assertRegex(self.order("fault", "list"), r"^power-off slave=\w+\ndrop id=0x181 count=5\n$")
+        self.assertRegex(self.order("fault", "states"), r"^OFF: \w+; Pre-operational: .*; fault: power-off")
+        self.assertEqual(self.order("fault", "heal", "power-off", "slave=0"), "done\n")
+        self.assertIn("this fault is not active", self.order("fault", "heal", "power-off", "slave=0", status=1))
+        self.assertIn('"delay" is not a kind of fault of a CAN line', self.order("fault", "delay", status=1))
+        self.assertEqual(self.order("fault", "heal", "all"), "done\n")
+        self.assertIn("KIND KEY=VALUE", self.order("fault", "help"))
+        self.wait_for("it is told", lambda: "fault ends: drop id=0x181 count=5" in self.text("line.log"), self.line)
+        self.assertIn("fault begins: power-off slave=", self.text("line.log"))
+        self.assertEqual(self.order("fault", "quit"), "ending\n")
+        self.assertEqual(self.line.wait(PATIENCE_S), 0)
+
+    def test_inputs_of_a_drive(self):
+        self.assertIn("input  ENPO = 1", self.order("input", "0"))
+        self.assertEqual(self.order("input", "0", "ENPO=0", "ISD02=1"), "done\n")
+        self.assertIn("input  ENPO = 0", self.order("input", "0"))
+        self.assertIn('there is no slave "q"', self.order("input", "q", status=1))
+        self.assertIn("ENPO", self.order("input", "0", "ENPO=7", status=1))
+
+
+class DeviceOfAnEds(CanLine):
+    """A device known by its data sheet alone: here that of our own drive."""
+
+    def test_answers_as_its_data_sheet_says(self):
+        made = self.run_program("esi", "generate", self.directory)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        config = self.write("eds.toml", '[bus]\ntype = "can"\n[[slave]]\nname = "x"\nnode = 1\nmodel = "eds"\n'
+                                        'eds = "moog_msd_can.eds"\n')
+        line = self.serve("--cannelloni-tcp", "127.0.0.1:0", config=config)
+        with socket.create_connection(("127.0.0.1", self.port_of("cannelloni on TCP")), PATIENCE_S) as client:
+            client.sendall(b"CANNELLONIv1" + Cannelloni.UPLOAD)
+            data = b""
+            while len(data) < 12 + 13:
+                data += client.recv(100)
+        self.assertEqual(frames_of(data[12:]), [Cannelloni.ANSWER])
+        self.end_of(line)
+
+
 class BadInput(CanLine):
     def refused(self, *arguments, status, says):
         result = self.run_program("simulate", *arguments)
@@ -106,9 +220,10 @@ class BadInput(CanLine):
         self.assertIn(says, result.stderr)
 
     def test_options(self):
-        self.refused("--config", CAN8, status=2, says="needs --slcan, --socketcand or --pty")
+        self.refused("--config", CAN8, status=2, says="needs --slcan, --socketcand, --cannelloni-udp, --cannelloni-tcp or --pty")
         self.refused("--config", CAN8, "--iface", "lo", status=2, says="--iface is for lines of EtherCAT")
-        self.refused("--config", EXAMPLES / "line8.toml", "--slcan", "127.0.0.1:0", status=2, says="--slcan is for CAN lines")
+        for option in ("--slcan", "--cannelloni-udp", "--cannelloni-tcp"):
+            self.refused("--config", EXAMPLES / "line8.toml", option, "127.0.0.1:0", status=2, says=f"{option} is for CAN lines")
         for wrong in ("29550", "127.0.0.1", "127.0.0.1:", "127.0.0.1:99999", "localhost:29550", "127.0.0.1:12x"):
             self.refused("--config", CAN8, "--slcan", wrong, status=2, says=f"--slcan {wrong}: an address and a port are expected")
         taken = socket.socket()

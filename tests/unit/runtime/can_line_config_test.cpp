@@ -107,7 +107,8 @@ TEST(CanLineConfigTest, ErrorsHaveFileLineAndReason) {
   EXPECT_THAT(failure(head + "interface = \"a_name_of_sixteen\"\n" + node), HasSubstr("interface"));
   EXPECT_THAT(failure(head + node + "model = \"device\"\n"), HasSubstr("model"));
   EXPECT_THAT(failure(head + node + "watchdog = {}\n"), HasSubstr("watchdog"));
-  EXPECT_THAT(failure(head + node + "[[axis]]\nname = \"x\"\n"), HasSubstr("axis"));
+  EXPECT_THAT(failure(head + node + "[[axis]]\nname = \"x\"\n"),
+              HasSubstr("axis: unknown key, expected one of: bus, fault, line, slave"));
 }
 
 }  // namespace

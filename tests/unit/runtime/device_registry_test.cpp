@@ -32,7 +32,7 @@ DeviceRegistry with_acme() {
 
 TEST(DeviceRegistry, BeginsWithTheFamiliesOfTheLibrary) {
   const DeviceRegistry devices;
-  EXPECT_EQ(devices.known_keys(), "\"msd\", \"servoone\", \"servoone_junior\", \"generic\"");
+  EXPECT_EQ(devices.known_keys(), "\"msd\", \"servoone\", \"servoone_junior\", \"generic\", \"eds\"");
   ASSERT_NE(devices.find("servoone"), nullptr);
   EXPECT_EQ(devices.find("servoone")->key(), "servoone");
   EXPECT_EQ(devices.find("acme"), nullptr);
@@ -46,11 +46,11 @@ TEST(DeviceRegistry, AKeyIsRegisteredOnce) {
   EXPECT_EQ(twice.error().kind, ErrorKind::kCall);
   EXPECT_EQ(describe(twice.error()),
             "the family of devices \"acme\" already exists, known are \"msd\", \"servoone\", \"servoone_junior\", "
-            "\"generic\", \"acme\"");
+            "\"generic\", \"eds\", \"acme\"");
   EXPECT_EQ(devices.add(std::make_shared<BrokenFamily>("msd")).error().kind, ErrorKind::kCall) << "nor a built-in one";
   EXPECT_EQ(devices.add(std::make_shared<BrokenFamily>("")).error().kind, ErrorKind::kCall);
   EXPECT_EQ(devices.add(nullptr).error().kind, ErrorKind::kCall);
-  EXPECT_EQ(devices.families().size(), 5U) << "as it was";
+  EXPECT_EQ(devices.families().size(), 6U) << "as it was";
   EXPECT_EQ(DeviceRegistry().find("acme"), nullptr) << "nor do others know it";
 }
 
@@ -76,7 +76,7 @@ TEST(DeviceRegistry, UnknownModelIsAnErrorWithPlaceAndKnownKeys) {
   EXPECT_EQ(unknown.error().line, 3U);
   EXPECT_EQ(describe(unknown.error()),
             "cell.toml:3: [slave 1] model: is \"acne\", known are \"msd\", \"servoone\", \"servoone_junior\", "
-            "\"generic\", \"acme\"");
+            "\"generic\", \"eds\", \"acme\"");
   EXPECT_FALSE(parse_line_config("[[slave]]\nname = \"x\"\nmodel = \"acme\"\n", "cell.toml")) << "nobody added it";
 }
 

@@ -247,7 +247,8 @@ INSTANTIATE_TEST_SUITE_P(
                   ":3: [slave 1] product_code: is 4294967296, 1 to 4294967295 is expected"},
         WrongFile{
             "[[slave]]\nname = \"x\"\nmodel = \"servotwo\"\n",
-            ":3: [slave 1] model: is \"servotwo\", known are \"msd\", \"servoone\", \"servoone_junior\", \"generic\""},
+            ":3: [slave 1] model: is \"servotwo\", known are \"msd\", \"servoone\", \"servoone_junior\", \"generic\", "
+            "\"eds\""},
         WrongFile{"[[slave]]\nname = \"x\"\nmodel = \"servoone\"\nfirmware = \"4.15.02\"\n",
                   ":4: [slave 1] firmware: must be a version as \"4.30-00\", from 3.25-00 on"},
         WrongFile{"[[slave]]\nname = \"x\"\nmodel = \"servoone\"\nfirmware = \"3.24-99\"\n",

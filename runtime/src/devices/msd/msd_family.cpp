@@ -56,6 +56,9 @@ class MsdOnCan final : public CanDevice {
   MsdOnCan(const slaves::msd::MsdParameters& parameters, const slaves::msd::CanConnection& connection)
       : drive_(parameters, connection) {}
   [[nodiscard]] slaves::can::Node& node() noexcept override { return drive_.device(); }
+  void restart() override { drive_.restart(); }
+  [[nodiscard]] slaves::DeviceSignals* signals() noexcept override { return &drive_.core().signals(); }
+  [[nodiscard]] std::string_view state() const noexcept override { return to_text(drive_.device().state()); }
 
  private:
   slaves::msd::MsdCanDrive drive_;

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "driveline/runtime/can_line/can_fault_text.hpp"
 #include "driveline/runtime/devices/device_registry.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/slaves/can/wiring.hpp"
@@ -28,6 +29,7 @@ struct CanLineConfig {
   slaves::can::Wiring wiring;          ///< cable and terminators
   std::uint64_t seed = 0;              ///< of what happens now and then on the bus
   std::vector<CanNodeConfig> nodes;    ///< in the order along the cable
+  std::vector<CanFaultPlan> faults;    ///< in the order of the file
 };
 
 /// Whether a line description has [bus] type = "can". False for a file that cannot be read or parsed, which

@@ -14,7 +14,9 @@
 
 namespace driveline::runtime {
 
-/// A local TCP address; port 0: a free one.
+class DatagramEntrance;
+
+/// A local address of TCP or UDP; port 0: a free one.
 struct TcpPlace {
   wire::IpV4Address address = {127, 0, 0, 1};
   std::uint16_t port = 0;
@@ -25,6 +27,8 @@ struct CanEntrances {
   std::vector<TcpPlace> slcan;              ///< serial CAN adapters over TCP
   std::vector<std::filesystem::path> ptys;  ///< serial CAN adapters as terminals: links to make
   std::vector<TcpPlace> socketcand;         ///< servers of the protocol of socketcand
+  std::vector<TcpPlace> cannelloni_tcp;     ///< cannelloni over TCP
+  std::vector<TcpPlace> cannelloni_udp;     ///< cannelloni in UDP: who sends a packet is a client
 };
 
 /// Serves a CAN line to other programs, in the time of a clock: each client is a node that takes part in arbitration,
@@ -59,7 +63,9 @@ class CanServer {
 
   CanServer(CanLine& line, rt::Clock& clock);
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept { return clock_->now() - start_; }
-  void add_client(Entrance& entrance, std::unique_ptr<slaves::can::Door> door);
+  [[nodiscard]] Result<void> listen_everywhere(const std::string& interface, const CanEntrances& entrances);
+  [[nodiscard]] Result<void> open_terminal(const std::filesystem::path& link);
+  void add_client(Entrance& entrance, std::unique_ptr<slaves::can::Door> door, bool recovers = false);
   void wait(std::chrono::nanoseconds longest);
   void accept(Entrance& entrance);
   void read(Client& client);
@@ -70,6 +76,7 @@ class CanServer {
   rt::Clock* clock_;
   std::chrono::nanoseconds start_;
   std::vector<std::unique_ptr<Entrance>> entrances_;
+  std::vector<std::unique_ptr<DatagramEntrance>> datagrams_;
 };
 
 }  // namespace driveline::runtime

@@ -24,7 +24,7 @@ inline constexpr std::string_view kDeviceOfFile = "generic";
 /// Copyable value: copies share the families, which never change.
 class DeviceRegistry {
  public:
-  /// Contains `msd`, `servoone`, `servoone_junior` and `generic`.
+  /// Contains `msd`, `servoone`, `servoone_junior`, `generic` and `eds`.
   DeviceRegistry();
 
   /// Adds a family. Error: null, an empty key, or a key that exists already (kCall); the registry is unchanged.

@@ -33,11 +33,18 @@ class SlaveDevice {
   /// Returns the identity that the master expects unless the line description gives another one.
   [[nodiscard]] virtual DeviceIdentity identity() const noexcept = 0;
 
-  /// Returns a new simulated device in its factory state. Never null.
+  /// Returns a new simulated device in its factory state. Never null, unless the device is not on_ethercat().
   [[nodiscard]] virtual std::unique_ptr<slaves::Device> simulate(const DevicePlace& place) const = 0;
+
+  /// Whether the device has an EtherCAT connection; line descriptions of EtherCAT refuse the others.
+  [[nodiscard]] virtual bool on_ethercat() const noexcept { return true; }
 
   /// Returns a new simulated device with a CAN connection, in its factory state; null: the device has none.
   [[nodiscard]] virtual std::unique_ptr<CanDevice> simulate_on_can(const CanPlace& /*place*/) const { return nullptr; }
+
+  /// Returns why the device cannot be on a CAN bus with this bit rate in bit/s, as the continuation of a sentence after
+  /// its name; empty: it can.
+  [[nodiscard]] virtual std::string why_not_at(std::uint32_t /*bit_rate*/) const { return {}; }
 
   /// Returns why the device cannot be an axis, as the continuation of a sentence after its name: "is a device of
   /// io.xml, an axis needs a drive". Empty: it is a drive.
