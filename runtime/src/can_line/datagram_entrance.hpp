@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 #include "driveline/runtime/can_line/can_line.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/slaves/can/cannelloni_door.hpp"
@@ -56,7 +56,7 @@ class DatagramEntrance {
   void send_packet(Client& client, bool& full);
 
   std::string place_;
-  port::FileDescriptor socket_;
+  rt::FileDescriptor socket_;
   std::vector<Client> clients_;
   std::vector<char> buffer_;
   std::uint64_t refused_ = 0;

@@ -83,7 +83,7 @@ SimulatedCanPort::SimulatedCanPort(const CanLineConfig& config, const canopen::C
 SimulatedCanPort::~SimulatedCanPort() = default;
 
 void SimulatedCanPort::advance() {
-  line_.bus().advance(clock_->now() - start_);
+  line_.advance(clock_->now() - start_);
 }
 
 SendStatus SimulatedCanPort::send(const Frame& frame) noexcept {
@@ -111,7 +111,7 @@ bool SimulatedCanPort::wait_readable(nanoseconds deadline) noexcept {
     advance();
     if (!adapter_->empty()) return true;
     if (clock_->now() >= deadline) return false;
-    const nanoseconds event = line_.bus().next_event();
+    const nanoseconds event = line_.next_event();
     clock_->sleep_until(event == slaves::can::kNever ? deadline : std::min(deadline, start_ + event));
   }
 }

@@ -47,7 +47,7 @@ rt::FileDescriptor listen_at(const wire::IpV4Address& address, std::uint16_t& po
   return socket;
 }
 
-port::FileDescriptor receive_at(const wire::IpV4Address& address, std::uint16_t& port) {
+rt::FileDescriptor receive_at(const wire::IpV4Address& address, std::uint16_t& port) {
   auto at = make_address(address, port);
   auto socket = bound_socket(SOCK_DGRAM, at);
   if (socket.valid()) port = ntohs(at.sin_port);

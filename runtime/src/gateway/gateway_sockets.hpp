@@ -26,7 +26,7 @@ struct GatewaySockets {
 [[nodiscard]] rt::FileDescriptor listen_at(const wire::IpV4Address& address, std::uint16_t& port);
 
 /// Opens a non-blocking UDP socket at `address`; like listen_at().
-[[nodiscard]] port::FileDescriptor receive_at(const wire::IpV4Address& address, std::uint16_t& port);
+[[nodiscard]] rt::FileDescriptor receive_at(const wire::IpV4Address& address, std::uint16_t& port);
 
 /// Makes a TCP socket send small pieces at once, without waiting for more.
 void send_without_delay(int socket) noexcept;
