@@ -15,6 +15,7 @@ FOLDERS = {
     "ecat_master": "ecat_master",
     "canopen/sdo": "sdo",
     "canopen/wire": "canopen_wire",
+    "canopen/client": "canopen_client",
     "canopen/port": "canopen_port",
     "trajectory": "trajectory",
     "esi": "esi",

@@ -16,6 +16,7 @@ namespace {
 constexpr std::array<std::string_view, 4> kProtocols = {"slcan:", "socketcan:", "socketcand:", "cannelloni:"};
 constexpr std::string_view kPcapng = ".pcapng";
 constexpr int kCanHardware = 280;  ///< ARPHRD_CAN (linux/if_arp.h)
+constexpr auto kLeaveTime = std::chrono::milliseconds{100};  ///< for frames on their way to the bus
 /// Drives have booted by then; a drive that has not is searched like any other.
 constexpr auto kBootUpTime = std::chrono::seconds{30};
 
@@ -143,6 +144,14 @@ std::string_view CanBus::name_of(std::uint8_t node) const noexcept {
   const auto found =
       std::find_if(described_.begin(), described_.end(), [&](const DescribedNode& each) { return each.node == node; });
   return found == described_.end() ? std::string_view() : std::string_view(found->name);
+}
+
+void CanBus::let_frames_leave(std::size_t count) {
+  constexpr std::int64_t kFrameBits = 135;  ///< of a base frame of eight bytes with its stuff bits, at most
+  const std::chrono::nanoseconds on_the_bus{std::chrono::nanoseconds{std::chrono::seconds{1}}.count() * kFrameBits *
+                                            static_cast<std::int64_t>(count) / bit_rate_};
+  const auto deadline = link_.now() + kLeaveTime + on_the_bus;
+  while (link_.now() < deadline && !link_.stopped() && !link_.down()) static_cast<void>(link_.receive(deadline));
 }
 
 Outcome<void> CanBus::finish_captures() {

@@ -145,6 +145,7 @@ Outcome<int> send(const TrafficOptions& options) {
       !shown) {
     return tl::unexpected(shown.error());
   }
+  if (*wait == nanoseconds{0}) (*bus)->let_frames_leave(frames->size());
   (*bus)->tell_what_ends();
   return 0;
 }

@@ -97,9 +97,9 @@ std::string state_or_unknown(const std::optional<canopen::NmtState>& state) {
 }
 
 nlohmann::json row_json(const NodeRow& row) {
-  auto json = node_json(row.facts);
-  json["state"] = row.found.state ? nlohmann::json(nmt_state_words(*row.found.state)) : nlohmann::json();
-  return json;
+  auto document = node_json(row.facts);
+  document["state"] = row.found.state ? nlohmann::json(nmt_state_words(*row.found.state)) : nlohmann::json();
+  return document;
 }
 
 /// The state of a node that has not told it: waits for its heartbeat where it has one, else asks as node guarding does.
@@ -121,7 +121,7 @@ std::optional<canopen::NmtState> find_state(CanBus& bus, std::uint8_t node, nano
 
 }  // namespace
 
-Outcome<int> scan_can(const runtime::BusOptions& bus_options, const CanOptions& can, bool json) {
+Outcome<int> scan_can(const runtime::BusOptions& bus_options, const CanOptions& can, bool as_json) {
   const auto selected = can.selected();
   if (!selected) return tl::unexpected(selected.error());
   const auto bus = open_can_bus(bus_options.config, bus_options.interface, can);
@@ -130,7 +130,7 @@ Outcome<int> scan_can(const runtime::BusOptions& bus_options, const CanOptions& 
   if (!rows) return tl::unexpected(rows.error());
   // A part of the bus is not compared with the description of all of it.
   const auto sentences = selected->empty() ? differences(**bus, *rows) : std::vector<std::string>();
-  if (json) {
+  if (as_json) {
     auto list = nlohmann::json::array();
     for (const auto& row : *rows) list.push_back(row_json(row));
     nlohmann::json document = {{"nodes", list}, {"differences", nullptr}};
@@ -143,7 +143,7 @@ Outcome<int> scan_can(const runtime::BusOptions& bus_options, const CanOptions& 
   return sentences.empty() ? 0 : kNodesDiffer;
 }
 
-Outcome<int> list_can_nodes(const runtime::BusOptions& bus_options, const CanOptions& can, bool json) {
+Outcome<int> list_can_nodes(const runtime::BusOptions& bus_options, const CanOptions& can, bool as_json) {
   const auto selected = can.selected();
   if (!selected) return tl::unexpected(selected.error());
   const auto bus = open_can_bus(bus_options.config, bus_options.interface, can);
@@ -155,7 +155,7 @@ Outcome<int> list_can_nodes(const runtime::BusOptions& bus_options, const CanOpt
   auto list = nlohmann::json::array();
   for (const auto& row : *rows) {
     const auto& facts = row.facts;
-    if (json) {
+    if (as_json) {
       list.push_back(row_json(row));
       list.back()["hardware_version"] = facts.hardware_version;
       list.back()["software_version"] = facts.software_version;
@@ -165,12 +165,12 @@ Outcome<int> list_can_nodes(const runtime::BusOptions& bus_options, const CanOpt
               facts.hardware_version.empty() ? "" : ", hardware " + facts.hardware_version,
               facts.software_version.empty() ? "" : ", software " + facts.software_version);
   }
-  if (json) print_out("{}", json_text({{"nodes", list}}));
+  if (as_json) print_out("{}", json_text({{"nodes", list}}));
   return 0;
 }
 
 Outcome<int> show_can_states(const runtime::BusOptions& bus_options, const CanOptions& can, const std::string& wanted,
-                             bool json) {
+                             bool as_json) {
   if (!wanted.empty()) {
     return misused(
         fmt::format("{}: is a state of EtherCAT; nodes of a CAN bus change theirs by `driveline nmt`", wanted));
@@ -189,13 +189,13 @@ Outcome<int> show_can_states(const runtime::BusOptions& bus_options, const CanOp
     const auto state = find_state(**bus, node, *timeout);
     if ((*bus)->link().stopped()) return can_failure({canopen::ClientErrorKind::kStopped});
     if ((*bus)->link().down()) return can_failure({canopen::ClientErrorKind::kDown});
-    if (json) {
+    if (as_json) {
       list.push_back({{"node", node}, {"state", state ? nlohmann::json(nmt_state_words(*state)) : nlohmann::json()}});
     } else {
       print_out("{:>4}  {}\n", node, state_or_unknown(state));
     }
   }
-  if (json) print_out("{}", json_text({{"nodes", list}}));
+  if (as_json) print_out("{}", json_text({{"nodes", list}}));
   return 0;
 }
 

@@ -159,7 +159,7 @@ nlohmann::json pdos_json(const std::vector<CanPdo>& pdos) {
 
 }  // namespace
 
-Outcome<int> list_can_pdos(const runtime::BusOptions& bus_options, const CanOptions& can, bool json) {
+Outcome<int> list_can_pdos(const runtime::BusOptions& bus_options, const CanOptions& can, bool as_json) {
   canopen::SdoOptions settings;
   const auto timeout = can.answer_timeout(settings.answer_timeout);
   if (!timeout) return tl::unexpected(timeout.error());
@@ -179,14 +179,14 @@ Outcome<int> list_can_pdos(const runtime::BusOptions& bus_options, const CanOpti
     const auto description = known_description(facts);
     const auto pdos = PdoReader(client, description).read();
     if (!pdos) return can_failure(pdos.error());
-    if (json) {
+    if (as_json) {
       list.push_back({{"node", node}, {"pdos", pdos_json(*pdos)}});
       continue;
     }
     if (nodes->size() > 1) print_out("=== node {} ===\n", node);
     print_out("{}", pdos_text(*pdos));
   }
-  if (json) print_out("{}", json_text({{"nodes", list}}));
+  if (as_json) print_out("{}", json_text({{"nodes", list}}));
   return 0;
 }
 

@@ -8,12 +8,12 @@ namespace driveline::cli {
 /// status.
 
 /// `scan`: which nodes there are; compares them with the description.
-[[nodiscard]] Outcome<int> scan_can(const runtime::BusOptions& bus, const CanOptions& can, bool json);
+[[nodiscard]] Outcome<int> scan_can(const runtime::BusOptions& bus, const CanOptions& can, bool as_json);
 /// `slaves`: identities, versions and states.
-[[nodiscard]] Outcome<int> list_can_nodes(const runtime::BusOptions& bus, const CanOptions& can, bool json);
+[[nodiscard]] Outcome<int> list_can_nodes(const runtime::BusOptions& bus, const CanOptions& can, bool as_json);
 /// `states`: NMT states.
 [[nodiscard]] Outcome<int> show_can_states(const runtime::BusOptions& bus, const CanOptions& can,
-                                           const std::string& wanted, bool json);
+                                           const std::string& wanted, bool as_json);
 
 /// The object of `upload` and `download`.
 struct CanObjectOptions {
@@ -43,6 +43,6 @@ struct CanDictionaryOptions {
 [[nodiscard]] Outcome<int> list_can_objects(const runtime::BusOptions& bus, const CanOptions& can,
                                             const CanDictionaryOptions& options);
 /// `pdos`: the PDOs of the nodes and what is mapped into them.
-[[nodiscard]] Outcome<int> list_can_pdos(const runtime::BusOptions& bus, const CanOptions& can, bool json);
+[[nodiscard]] Outcome<int> list_can_pdos(const runtime::BusOptions& bus, const CanOptions& can, bool as_json);
 
 }  // namespace driveline::cli

@@ -58,6 +58,7 @@ Outcome<int> nmt(const NmtOptions& options) {
   if (!bus) return tl::unexpected(bus.error());
   const auto sent = canopen::NmtCommands((*bus)->link()).send(word->command, *node);
   if (!sent) return can_failure(sent.error());
+  (*bus)->let_frames_leave(1);
   (*bus)->tell_what_ends();
   return 0;
 }
