@@ -42,6 +42,12 @@ void Controller::forget() noexcept {
   recovery_.stop();
 }
 
+void Controller::restart() noexcept {
+  const bool powered = powered_;
+  set_power(false);
+  set_power(powered);
+}
+
 const Frame* Controller::competing() const noexcept {
   if (!takes_part()) return nullptr;
   return babble_ ? &*babble_ : queue_.front();

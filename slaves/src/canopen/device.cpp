@@ -53,6 +53,7 @@ void Device::restart_communication() noexcept {
 /// application has started, too.
 void Device::reset(Reset reset, nanoseconds now) {
   pending_.reset();
+  restart_controller(reset);
   outbox_.clear();
   nmt_queue_.clear();
   sdo_.cancel();
@@ -69,6 +70,14 @@ void Device::reset(Reset reset, nanoseconds now) {
   }
   boot_up_at_ = reset == Reset::kCommunication ? now : now + application_->start_up_time();
   if (boot_up_at_ <= now) boot_up(now);
+}
+
+/// A controller that is switched off and on again need not recover from bus off: otherwise the boot-up message is lost.
+void Device::restart_controller(Reset reset) noexcept {
+  can::Controller* controller = outbox_.controller();
+  if (controller == nullptr) return;
+  if (reset == Reset::kPowerOn) controller->restart();
+  bus_off_ = controller->errors().state() == can::ErrorState::kBusOff;
 }
 
 /// What is reset has its stored values and no errors of its past.
@@ -308,6 +317,7 @@ void Device::error_state_changed(can::ErrorState state, nanoseconds now) {
   switch (state) {
     case can::ErrorState::kBusOff:
       bus_off_ = announced_ = true;  // what waited is lost
+      nmt_queue_.clear();            // a start from before would be obeyed behind the failure
       return communication_failed(CommunicationEvent::kBusOff, now);
     case can::ErrorState::kPassive:
       return raise_stack_error(canopen::emergency_code::kErrorPassive, kStackSource, now);

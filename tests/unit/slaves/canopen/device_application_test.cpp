@@ -123,6 +123,16 @@ TEST(CanopenNmtCycle, ObeysAllRequestsInTheirOrder) {
   EXPECT_EQ(rig.device.state(), NmtState::kOperational);
 }
 
+// Obeyed behind the failure, a start made a device operational that was bus off.
+TEST(CanopenNmtCycle, ForgetsInBusOffWhatItHasNotObeyed) {
+  DeviceRig rig({.nmt_cycle = 5ms});
+  rig.bus.advance(20ms);
+  rig.start();
+  rig.device.error_state_changed(can::ErrorState::kBusOff, rig.bus.now());
+  rig.run(10ms);
+  EXPECT_EQ(rig.device.state(), NmtState::kPreOperational);
+}
+
 TEST(CanopenFailure, IsToldByTheApplicationWhereItDoesSo) {
   for (const bool by_the_stack : {true, false}) {
     DeviceRig rig({.failure_emergencies = by_the_stack});

@@ -197,5 +197,29 @@ TEST(CanopenBusOff, C27LeadsToPreOperational) {
   EXPECT_EQ(master.received[4].frame, Frame::of(0x085, hex("40 81 11 00 00 00 00 00")));
 }
 
+// The recovery takes 128 times 11 bits, the start of a device less: its boot-up message was lost.
+TEST(CanopenBusOff, EndsWithPowerOnBeforeTheBootUpMessage) {
+  can::Bus bus;
+  can::ScriptedNode master;
+  ObjectDictionary dictionary(sample_table());
+  SampleApplication application;
+  Device device(dictionary, application);
+  bus.attach(master);
+  can::Controller& controller = bus.attach(device);
+  bus.advance(2ms);
+  bus.inject({.identifier = 0x585, .mask = 0x7FF, .count = 40});
+  master.send_at(2ms, Frame::of(0x605, hex("40 00 10 00 00 00 00 00")));
+  bus.advance(20ms);
+  ASSERT_EQ(controller.errors().state(), can::ErrorState::kBusOff);
+  ASSERT_TRUE(device.persists(CommunicationEvent::kBusOff));
+  master.received.clear();
+  device.power_on();
+  bus.advance(21ms);
+  EXPECT_EQ(controller.errors().state(), can::ErrorState::kActive);
+  EXPECT_FALSE(device.persists(CommunicationEvent::kBusOff));
+  ASSERT_EQ(master.received.size(), 1U);
+  EXPECT_EQ(master.received[0].frame, Frame::of(0x705, hex("00")));
+}
+
 }  // namespace
 }  // namespace driveline::slaves::cia301

@@ -240,6 +240,21 @@ TEST_P(MsdCanFailure, BusOffIsAFaultThatIsToldWhenTheBusIsBack) {
   EXPECT_EQ(fault(), std::nullopt);
 }
 
+// Its controller starts again with the voltage, so bus off is over: the fault had stayed for ever.
+TEST_F(MsdCanFailure, BusOffThatEndsWithTheVoltageAtX32CanBeAcknowledged) {
+  ASSERT_EQ(rig.write(0x1017, 0, 1, 2), 0U);
+  rig.bus.inject({.kind = can::FrameFaultKind::kBitError, .identifier = 0x70C, .mask = 0x7FF, .count = 40});
+  rig.run(20ms);
+  ASSERT_EQ(fault(), Fault::kBusOff);
+  rig.drive.set_bus_supply(false);
+  rig.run(1ms);
+  rig.drive.set_bus_supply(true);
+  rig.run(5ms);
+  EXPECT_EQ(fault(), Fault::kBusOff) << "until it is acknowledged";
+  ASSERT_EQ(rig.write(0x2099, 0, 1, 1), 0U);
+  EXPECT_EQ(fault(), std::nullopt);
+}
+
 // Acknowledge: rising edge of bit 7 in an RxPDO, in the cycle of PDOs.
 TEST_P(MsdCanFailure, IsAcknowledgedByTheControlWord) {
   rig.operate();

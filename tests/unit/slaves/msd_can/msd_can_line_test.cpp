@@ -100,6 +100,25 @@ TEST_P(MsdCanLine, EightDrivesWithOneFileFollowTheirPaths) {
   EXPECT_EQ(line.bus.statistics().error_frames, 0U);
 }
 
+// An SDO takes the time of its frames on the bus and the delay of the server for each answer, to 1 %.
+TEST(MsdCanLine, AnUploadOf100BytesTakesItsBitsAndItsDelays) {
+  CanDriveRig rig;
+  rig.run(5ms);
+  const auto busy = rig.bus.statistics().busy;
+  std::chrono::nanoseconds taken{0};
+  for (int i = 0; i <= 15; ++i) {
+    const auto begin = rig.bus.now();
+    const auto answer = rig.ask(i == 0       ? "40 03 20 00 00 00 00 00"
+                                : i % 2 == 1 ? "60 00 00 00 00 00 00 00"
+                                             : "70 00 00 00 00 00 00 00");
+    ASSERT_FALSE(answer.empty());
+    EXPECT_EQ(i == 15, answer == hex("0B 00 00 00 00 00 00 00")) << i;
+    taken += rig.master.received.back().time - begin;
+  }
+  const double expected = std::chrono::duration<double>(rig.bus.statistics().busy - busy + 16 * 500us).count();
+  EXPECT_NEAR(std::chrono::duration<double>(taken).count(), expected, 0.01 * expected);
+}
+
 // Causes for a drive that does not answer (MSD manual 6.5.2).
 TEST_P(MsdCanLine, AnotherBitRateIsNotAnswered) {
   CanDriveRig rig(parameters());

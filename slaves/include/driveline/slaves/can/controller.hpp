@@ -43,6 +43,8 @@ class Controller {
   void set_listen_only(bool on) noexcept { options_.listen_only = on; }
   /// Asks for the recovery from bus off; without effect in the other states. \rtsafe
   void recover(nanoseconds now) noexcept;
+  /// Starts again as after power-on: error active, in bus off, too; frames that wait are lost. \rtsafe
+  void restart() noexcept;
   /// Whether transceiver and node have power. \rtsafe
   [[nodiscard]] bool powered() const noexcept { return powered_ && supplied_; }
   /// Duration of a bit. \rtsafe

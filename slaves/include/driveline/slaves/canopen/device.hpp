@@ -69,6 +69,7 @@ class Device final : public can::Node, private DictionaryOwner {
   [[nodiscard]] bool power_stage_on() const noexcept override { return application_->power_stage_on(); }
 
   void reset(Reset reset, nanoseconds now);
+  void restart_controller(Reset reset) noexcept;
   void restore(Reset reset, nanoseconds now);
   /// Whether EMCY messages may leave: the boot-up message, whose identifier is beaten by theirs, is the first one.
   [[nodiscard]] bool tells_errors() const noexcept { return nmt_.configurable() && announced_; }
