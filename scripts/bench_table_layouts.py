@@ -198,6 +198,37 @@ def drive(documents):
         [("", "l"), ("p50", "r"), ("p99.9", "r"), ("times controllers and motor alone", "r"), ("aim", "l")], rows)
 
 
+def can(documents):
+    if "can" not in documents:
+        return ["Not measured yet: `scripts/bench_tables.py --run can` on an idle machine fills this table."]
+    figures = Figures(documents["can"])
+    rows = []
+
+    def add(name, case, metric, show, floor="", aim=""):
+        row = figures.row(case, metric)
+        ratio = row.get("ratio_turns", {}).get("mean", row.get("ratio_p50"))
+        against = f"{ratio:.2f} {floor}" if "against" in row else ""
+        rows.append([name, show(row), against, f"{aim}: {verdict(row)}" if limits(row) else ""])
+
+    in_time = lambda row: duration(row["p50"] * TO_NS[row["unit"]])
+    plain = lambda row: f"{row['p50']:.1f} {row['unit']}"
+    number = lambda row: f"{row['p50']:,.0f}"
+    add("load of the bus against the arithmetic", "bus_load", "bits_off_the_arithmetic", lambda row: f"{row['p50']:.0f} bits off", aim="0")
+    add("a frame through the bus to 8 nodes", "frame_to_8_nodes", "cost", in_time, "times CRC, stuff bits and 8 copies", "2.0")
+    add("drive with plant, 2 ms", "drive_and_plant", "cost_in_2_ms", in_time)
+    add("its front end per SYNC of 2 ms", "front_end", "cost_per_sync", in_time, "of that", "0.10")
+    add("the same, with the frames of 7 others", "front_end_of_8_on_a_bus", "cost_per_sync", in_time, "of that")
+    add("segmented upload of 100 bytes", "upload_of_100_bytes", "time", in_time)
+    add("off time on the bus and 16 delays of the server", "upload_of_100_bytes", "off_the_arithmetic", plain, aim="1 %")
+    add("memory of a front end without its drive", "node_without_drive", "state", plain, aim="8 KiB")
+    add("memory of an MSD with its front end", "msd", "state", plain, aim="30 KiB")
+    add("slcan on TCP, full bus: frames lost", "slcan_full_bus", "frames_lost", number, aim="0")
+    add("frames per second", "slcan_full_bus", "frames_per_second", number)
+    add("load", "slcan_full_bus", "load", plain)
+    add("slcan on TCP, round trip of a command", "slcan_command", "round_trip", in_time, "times a TCP echo", "1.5")
+    return where_from(documents["can"]) + table([("", "l"), ("p50", "r"), ("against", "l"), ("aim", "l")], rows)
+
+
 def master_cost(documents):
     figures = Figures(documents["master_cost"])
     rows = []
@@ -567,6 +598,7 @@ def headline(documents):
 # Name in the marker: function, programs whose documents it needs.
 TABLES = {
     "aims": (aims, None),  # all that have aims
+    "can": (can, []),  # without its document it says so
     "cycle": (cycle, ["cycle"]),
     "dc": (dc, ["dc"]),
     "drive": (drive, ["drive"]),
