@@ -40,6 +40,9 @@ test  librapidcheck-dev     properties over random input
 test  tshark                oracle for EtherCAT frames
 test  cyclonedds-dev        oracle for the telemetry: another DDS implementation
 test  cyclonedds-tools      IDL compiler of Cyclone DDS
+test  can-utils             oracle for the logs of a CAN bus (log2asc)
+test  nodejs                a foreign CANopen master, and a reader of recordings
+test  npm                   gets their modules
 test  curl                  requests the web page of a simulated drive
 test  iputils-ping          pings the IP stack of a simulated drive
 test  systemd               checks the unit of the service
@@ -120,6 +123,9 @@ declare -A installed=()
 while read -r name state; do
   if [ "$state" = installed ]; then installed[$name]=yes; fi
 done < <(dpkg-query -W -f='${Package} ${db:Status-Status}\n' "${names[@]}" 2>/dev/null || true)
+
+# The packages of nodejs that are not Debian's have npm in them, and the package npm is in conflict with them.
+if command -v npm >/dev/null; then installed[npm]=yes; fi
 
 missing=()
 for name in "${names[@]}"; do

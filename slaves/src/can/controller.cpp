@@ -19,12 +19,12 @@ void Controller::recover(nanoseconds now) noexcept {
 
 void Controller::set_power(bool on) noexcept {
   powered_ = on;
-  if (!on) forget();
+  if (!on) restart();
 }
 
 void Controller::set_supply(bool on) noexcept {
   supplied_ = on;
-  if (!on) forget();
+  if (!on) restart();
 }
 
 void Controller::fail(nanoseconds now) {
@@ -35,17 +35,11 @@ void Controller::fail(nanoseconds now) {
   report(before, now);
 }
 
-void Controller::forget() noexcept {
+void Controller::restart() noexcept {
   queue_.clear();
   sending_.reset();
   errors_.reset();
   recovery_.stop();
-}
-
-void Controller::restart() noexcept {
-  const bool powered = powered_;
-  set_power(false);
-  set_power(powered);
 }
 
 const Frame* Controller::competing() const noexcept {

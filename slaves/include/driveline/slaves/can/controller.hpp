@@ -74,8 +74,6 @@ class Controller {
   friend class Segment;
 
   [[nodiscard]] bool on_bus() const noexcept { return powered() && errors_.state() != ErrorState::kBusOff; }
-  /// What a controller without power has lost.
-  void forget() noexcept;
   /// Whether it acknowledges and signals errors.
   [[nodiscard]] bool takes_part() const noexcept { return on_bus() && !options_.listen_only; }
   /// The frame with which it competes for the bus; nullptr: none.
