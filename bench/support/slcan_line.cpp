@@ -26,7 +26,7 @@
 namespace driveline::bench {
 namespace {
 
-using port::FileDescriptor;
+using rt::FileDescriptor;
 using namespace std::chrono_literals;
 
 constexpr double kPatienceNs = 10e9;

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <thread>
 
-#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/file_descriptor.hpp"
 
 namespace driveline::bench {
 
@@ -22,7 +22,7 @@ class TcpClient {
   std::string exchange(std::string_view request, std::size_t size);
 
  private:
-  port::FileDescriptor socket_;
+  rt::FileDescriptor socket_;
 };
 
 /// Answers every piece that it receives with `answer`: what any server over TCP does at least. Has a thread.
@@ -34,7 +34,7 @@ class TcpEcho {
  private:
   void run(const std::stop_token& stop, const std::string& answer);
 
-  port::FileDescriptor listener_;
+  rt::FileDescriptor listener_;
   std::uint16_t port_ = 0;
   std::jthread thread_;
 };
