@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "sdo_transfers.hpp"
-
 namespace driveline::canopen {
 namespace {
 
@@ -12,17 +10,6 @@ using std::chrono::nanoseconds;
 constexpr std::uint8_t kAbortCommand = sdo_command(SdoRequest::kAbort);  ///< the same of both sides
 
 }  // namespace
-
-std::unique_ptr<SdoTransfer> SdoTransfer::upload(std::uint8_t node, SdoObject object, const SdoOptions& options) {
-  if (options.block) return std::make_unique<BlockUpload>(node, object, options);
-  return std::make_unique<SegmentedUpload>(node, object, options);
-}
-
-std::unique_ptr<SdoTransfer> SdoTransfer::download(std::uint8_t node, SdoObject object, std::span<const std::byte> data,
-                                                   const SdoOptions& options) {
-  if (options.block) return std::make_unique<BlockDownload>(node, object, data, options);
-  return std::make_unique<SegmentedDownload>(node, object, data, options);
-}
 
 void SdoTransfer::sent(nanoseconds now) {
   outgoing_.reset();

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::array<std::string_view, 4> kProtocols = {"slcan:", "socketcan:", "socketcand:", "cannelloni:"};
 constexpr std::string_view kPcapng = ".pcapng";
-constexpr int kCanHardware = 280;  ///< ARPHRD_CAN (linux/if_arp.h)
+constexpr int kCanHardware = 280;                            ///< ARPHRD_CAN (linux/if_arp.h)
 constexpr auto kLeaveTime = std::chrono::milliseconds{100};  ///< for frames on their way to the bus
 /// Drives have booted by then; a drive that has not is searched like any other.
 constexpr auto kBootUpTime = std::chrono::seconds{30};

@@ -64,8 +64,8 @@ class CanBus {
   [[nodiscard]] std::uint32_t bit_rate() const noexcept { return bit_rate_; }
   /// Name of the bus, for messages and logs.
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
-  /// Waits until frames that were sent have left: an adapter drops those that wait when its user goes. `count`: how many
-  /// were sent.
+  /// Waits until frames that were sent have left: an adapter drops those that wait when its user goes. `count`: how
+  /// many were sent.
   void let_frames_leave(std::size_t count);
   /// Writes out what the captures have; nothing is captured any more. Failure: a file is not complete.
   [[nodiscard]] Outcome<void> finish_captures();
