@@ -107,7 +107,8 @@ std::optional<canopen::NmtState> find_state(CanBus& bus, std::uint8_t node, nano
   auto& link = bus.link();
   const auto& condition = bus.states().of(node);
   if (condition.state) return condition.state;
-  canopen::SdoClient client(link, node, sdo_settings(timeout));
+  // A node in Stopped answers no SDO: it is not waited for long.
+  canopen::SdoClient client(link, node, sdo_settings(std::min(timeout, kSdoTimeout)));
   const auto heartbeat = client.upload_number({0x1017, 0});
   if (heartbeat && *heartbeat != 0) {
     const auto deadline = link.now() + std::min<nanoseconds>(2 * milliseconds{*heartbeat}, kLongestHeartbeat);
