@@ -11,7 +11,7 @@ LACKS = re.compile(r"not permitted|[Pp]ermission denied|no permission|no veth pa
 
 def proofs(root):
     """(page, line, name) for every name in a column for proofs: of rows that are supported, in part, or proven."""
-    for page in PAGES:
+    for page in (page for page in PAGES if (root / page).is_file()):
         column = None
         for number, line in enumerate((root / page).read_text(encoding="utf-8").splitlines(), 1):
             cells = [cell.strip() for cell in line.strip().strip("|").split("|")] if line.startswith("|") else []

@@ -14,10 +14,11 @@ INSTANCE = re.compile(r"INSTANTIATE_TEST_SUITE_P\(\s*(\w+),\s*(\w+)")
 
 
 def known_tests():
-    """All tests as GoogleTest calls them, those with parameters with the name of each set and without their number."""
+    """All tests as GoogleTest calls them, those with parameters with the name of each set and without their number. The
+    sets of a suite may be in another file of its folder."""
     names = set()
-    for path in (ROOT / "tests").rglob("*.cpp"):
-        text = path.read_text(encoding="utf-8")
+    for folder in {path.parent for path in (ROOT / "tests").rglob("*.cpp")}:
+        text = "\n".join(path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.cpp")))
         tests = TEST.findall(text)
         names |= {f"{suite}.{name}" for kind, suite, name in tests if kind != "_P"}
         names |= {f"{instance}/{suite}.{name}/" for instance, of in INSTANCE.findall(text)
