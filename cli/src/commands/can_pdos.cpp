@@ -14,7 +14,6 @@ namespace driveline::cli {
 namespace {
 
 using canopen::ClientErrorKind;
-using canopen::SdoAbort;
 using canopen::SdoObject;
 
 constexpr std::uint16_t kMappingDistance = 0x200;  ///< from 1400h to 1600h, and from 1800h to 1A00h

@@ -108,7 +108,7 @@ void LineRun::make_trace() {
 Result<void> LineRun::start_cycle() {
   fault_records_ = std::make_unique<FaultRecords>(config_, motion_ != nullptr, !bus_.virtual_time());
   if (settings_.trace) make_trace();
-  const auto started = bus_.start({motion_ ? &motion_->control() : nullptr,
+  auto started = bus_.start({motion_ ? &motion_->control() : nullptr,
                                    {&line_ring_, &axis_ring_},
                                    settings_.tasks->schedule(),
                                    fault_records_.get(),

@@ -43,7 +43,9 @@ struct Connection {
 /// Writes a whole text, whatever the time that takes.
 inline void write_all(int descriptor, std::string_view text) {
   while (!text.empty()) {
-    const ssize_t count = ::write(descriptor, text.data(), text.size());
+    ssize_t count = ::send(descriptor, text.data(), text.size(), MSG_NOSIGNAL);
+    if (count < 0 && errno == ENOTSOCK) count = ::write(descriptor, text.data(), text.size());
+    if (count < 0 && errno == EPIPE) return;  // the other end has closed the connection
     if (count < 0 && errno != EAGAIN && errno != EINTR) throw std::runtime_error("write");
     if (count > 0) text.remove_prefix(static_cast<std::size_t>(count));
     pollfd request{descriptor, POLLOUT, 0};

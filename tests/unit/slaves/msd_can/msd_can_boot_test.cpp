@@ -42,7 +42,7 @@ TEST_P(MsdCanAddress, IsThatOfTheSwitchWithoutParameter) {
   EXPECT_THAT(rig.payloads(0x703), ElementsAre(hex("00"))) << "one boot-up message, with the address";
   EXPECT_EQ(rig.read(kActiveAddress), 3U);
   EXPECT_FALSE(rig.drive.terminates_bus());
-  rig.drive.set_dip_switch({0x83});
+  rig.drive.set_dip_switch({GetParam() == Variant::kServoOneJunior ? std::uint8_t{0x43} : std::uint8_t{0x83}});
   EXPECT_TRUE(rig.drive.terminates_bus());
 }
 
@@ -110,28 +110,36 @@ TEST_P(MsdCan, BitRateCountsAfterARestart) {
 }
 
 // MSD manual 7.5.4: a factory reset resets address and bit rate, too, and takes ten seconds, in which nothing is said.
-// 1011h does the same as 200Bh:3 (MSD manual 7.5.2).
 TEST_P(MsdCan, FactoryResetTakesAddressAndBitRateAndTenSeconds) {
-  for (const bool by_1011h : {false, true}) {
-    ASSERT_EQ(rig.write(kAddress, 0, 7, 1), 0U);
-    ASSERT_EQ(rig.write(kBitRate, 0, 500, 2), 0U);
-    ASSERT_EQ(rig.write(0x1800, 2, 4, 1), 0U);
-    ASSERT_EQ(rig.save(), 0U);
-    ASSERT_EQ(by_1011h ? rig.write(0x1011, 1, 0x64616F6C, 4) : rig.write(0x200B, 3, 1, 1), 0U);
-    ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
-    rig.run(2ms);
-    EXPECT_EQ(rig.read(0x200B, 1), 0U) << "saved";
-    rig.master.received.clear();
-    rig.nmt(NmtCommand::kResetNode);
-    rig.run(9900ms);
-    EXPECT_THAT(rig.master.received, IsEmpty());
-    EXPECT_EQ(rig.value(kNetworkState), 0U);
-    rig.run(200ms);
-    EXPECT_EQ(rig.count(0x70C), 1U);
-    EXPECT_EQ(rig.read(kAddress), 0U);
-    EXPECT_EQ(rig.read(kBitRate), 1000U);
-    EXPECT_EQ(rig.read(0x1800, 2), 255U);
-  }
+  ASSERT_EQ(rig.write(kAddress, 0, 7, 1), 0U);
+  ASSERT_EQ(rig.write(kBitRate, 0, 500, 2), 0U);
+  ASSERT_EQ(rig.write(0x1800, 2, 4, 1), 0U);
+  ASSERT_EQ(rig.save(), 0U);
+  ASSERT_EQ(rig.write(0x200B, 3, 1, 1), 0U);
+  ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
+  rig.run(2ms);
+  EXPECT_EQ(rig.read(0x200B, 1), 0U) << "saved";
+  rig.master.received.clear();
+  rig.nmt(NmtCommand::kResetNode);
+  rig.run(9900ms);
+  EXPECT_THAT(rig.master.received, IsEmpty());
+  EXPECT_EQ(rig.value(kNetworkState), 0U);
+  rig.run(200ms);
+  EXPECT_EQ(rig.count(0x70C), 1U);
+  EXPECT_EQ(rig.read(kAddress), 0U);
+  EXPECT_EQ(rig.read(kBitRate), 1000U);
+  EXPECT_EQ(rig.read(0x1800, 2), 255U);
+}
+
+// 1011h takes the factory settings at the next start (MSD manual 7.5.2).
+TEST_P(MsdCan, LoadTakesTheFactorySettings) {
+  const std::uint32_t before = rig.read(0x6081);
+  ASSERT_EQ(rig.write(0x6081, 0, 12345, 4), 0U);
+  ASSERT_EQ(rig.save(), 0U);
+  ASSERT_EQ(rig.write(0x1011, 1, 0x64616F6C, 4), 0U);
+  rig.nmt(NmtCommand::kResetNode);
+  rig.run(11s);
+  EXPECT_EQ(rig.read(0x6081), before);
 }
 
 // NMT is processed in the next millisecond (MSD manual 8.1.1).

@@ -241,7 +241,7 @@ TEST_P(MsdCanFailure, BusOffIsAFaultThatIsToldWhenTheBusIsBack) {
 }
 
 // Its controller starts again with the voltage, so bus off is over: the fault had stayed for ever.
-TEST_F(MsdCanFailure, BusOffThatEndsWithTheVoltageAtX32CanBeAcknowledged) {
+TEST_P(MsdCanFailure, BusOffThatEndsWithTheVoltageAtX32CanBeAcknowledged) {
   ASSERT_EQ(rig.write(0x1017, 0, 1, 2), 0U);
   rig.bus.inject({.kind = can::FrameFaultKind::kBitError, .identifier = 0x70C, .mask = 0x7FF, .count = 40});
   rig.run(20ms);
