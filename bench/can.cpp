@@ -36,7 +36,6 @@ using canopen::Frame;
 using slaves::msd::CanConnection;
 using slaves::msd::DipSwitch;
 using slaves::msd::MsdCanDrive;
-using slaves::msd::MsdParameters;
 
 constexpr int kFrames = 200'000;
 constexpr int kCycles = 20'000;

@@ -98,6 +98,8 @@ CanLineConfig read_can_config(const toml::table& table, const std::filesystem::p
 }  // namespace
 
 bool describes_can_line(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return false;  // what a pipe has can be read only once
   const auto text = read_input_file(file);
   if (!text) return false;
   const auto type = read_description(

@@ -335,7 +335,7 @@ class CanCampaign : public ::testing::Test {
 };
 
 /// Number of runs that meet everything.
-constexpr unsigned kCoveringRuns = 60;
+constexpr unsigned kCoveringRuns = 200;
 
 void expect_everything_met(const CampaignCoverage& met, unsigned runs) {
   for (std::size_t i = 0; i < met.disturbances.size(); ++i) {

@@ -32,8 +32,8 @@ struct CanLineConfig {
   std::vector<CanFaultPlan> faults;    ///< in the order of the file
 };
 
-/// Whether a line description has [bus] type = "can". False for a file that cannot be read or parsed, which
-/// load_line_config() and load_can_line_config() explain.
+/// Whether a line description has [bus] type = "can". False for a pipe, which is not read, and for a file that cannot
+/// be read or parsed, which load_line_config() and load_can_line_config() explain.
 [[nodiscard]] bool describes_can_line(const std::filesystem::path& file);
 
 /// Reads the description of a CAN line. Errors (kFile): place and reason, as load_line_config() has them.
