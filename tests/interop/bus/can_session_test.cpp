@@ -212,7 +212,7 @@ std::string name_of_sdo(const Frame& frame, bool request, bool segment_of_a_bloc
                                          "Abort transfer",
                                          "Block download",
                                          "Block upload"};
-  const std::string direction = request ? "Default-SDO (rx): " : "Default-SDO (tx): ";
+  std::string direction = request ? "Default-SDO (rx): " : "Default-SDO (tx): ";
   if (segment_of_a_block) return direction;
   const auto specifier = std::to_integer<std::size_t>(frame.data[0]) >> 5U;
   return direction + (request ? kRequests : kResponses).at(specifier);

@@ -69,6 +69,7 @@ class SdoTransfer {
   [[nodiscard]] bool abandoned() const noexcept { return abandoned_; }
 
  protected:
+  /// A transfer of an object of a node, 1 to 127.
   SdoTransfer(std::uint8_t node, SdoObject object, const SdoOptions& options)
       : node_(node), object_(object), options_(options) {}
 
@@ -83,20 +84,26 @@ class SdoTransfer {
   [[nodiscard]] bool is_about_this(const SdoMessage& message) const noexcept {
     return message.index == object_.index && message.subindex == object_.subindex;
   }
+  /// Sets the frame that is to be sent.
   void queue(const SdoBytes& out) { outgoing_ = out; }
+  /// Sets a message about the object that is to be sent: its command, and a size, a value or an abort code.
   void queue(std::uint8_t command, std::uint32_t number = 0) {
     queue(SdoMessage{command, object_.index, object_.subindex, bytes::to_le_bytes(number)}.encode());
   }
   /// The answer to the initiate message has come.
   void initiated() noexcept { initiating_ = false; }
+  /// Whether the answer to the initiate message has not come yet.
   [[nodiscard]] bool initiating() const noexcept { return initiating_; }
+  /// Counts an answer that belongs to no request of this transfer.
   void ignore() noexcept { ++ignored_; }
+  /// Ends the transfer with its result.
   void finish(std::vector<std::byte> data = {});
   /// Ends the transfer because of what the node has sent. `expected` and `received`: bytes, where it is about those.
   void refuse(SdoAbort code, std::size_t expected = 0, std::size_t received = 0);
   /// The same when the node has already finished, so that there is nothing to abort.
   void reject(SdoAbort code, std::size_t expected, std::size_t received);
 
+  /// Time-outs and limits of the transfer.
   [[nodiscard]] const SdoOptions& options() const noexcept { return options_; }
 
  private:
