@@ -109,10 +109,10 @@ Result<void> LineRun::start_cycle() {
   fault_records_ = std::make_unique<FaultRecords>(config_, motion_ != nullptr, !bus_.virtual_time());
   if (settings_.trace) make_trace();
   auto started = bus_.start({motion_ ? &motion_->control() : nullptr,
-                                   {&line_ring_, &axis_ring_},
-                                   settings_.tasks->schedule(),
-                                   fault_records_.get(),
-                                   trace_.get()});
+                             {&line_ring_, &axis_ring_},
+                             settings_.tasks->schedule(),
+                             fault_records_.get(),
+                             trace_.get()});
   if (!started) return started;
   state_ = bus_.state();
   if (feed_) feed_->set_state(snapshot::LineState::kOp);
