@@ -122,6 +122,9 @@ std::vector<Pair> measure_pairs(Report& report, TelemetryRuns& runs, const std::
           if (i % 2 == 0) pair.without = runs.measure(without);
           pair.with = runs.measure(with);
           if (i % 2 != 0) pair.without = runs.measure(without);
+          if (pair.with.received && pair.with.received->cycles < 1.0) {
+            throw Disturbed("the reader has received nothing: it has found the bridge too late");
+          }
           pairs.push_back(std::move(pair));
         },
         &repeated);
@@ -144,9 +147,6 @@ void measure_reader(Report& report, TelemetryRuns& runs, std::size_t axes, Telem
   without.telemetry = false;
   without.reader.reset();
   const auto pairs = measure_pairs(report, runs, name, with, without, pairs_of(options));
-  for (const auto& pair : pairs) {
-    if (pair.with.received->cycles < 1.0) throw std::runtime_error(name + ": the reader has received nothing");
-  }
   add_received(report, name, pairs);
   add_costs(report, name, pairs, kCostAim);
   const auto memory = [&](const char* metric, const Figure& figure, std::optional<double> aim) {
