@@ -28,7 +28,7 @@ can_frame message(canid_t identifier, std::uint8_t length, std::string_view data
   out.can_id = identifier;
   out.len = length;
   const auto bytes = hex(data);
-  std::memcpy(out.data, bytes.data(), bytes.size());
+  if (!bytes.empty()) std::memcpy(out.data, bytes.data(), bytes.size());
   return out;
 }
 
