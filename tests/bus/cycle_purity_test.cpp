@@ -244,7 +244,7 @@ TEST_F(CyclePurity, TheSimulatedLineIsAsPureWithoutMailboxTraffic) {
 
 TEST_F(CyclePurity, GroupsRecoveryRecordingAndTracingDoNotChangeThat) {
   UnguardedLine line(drives.line(), ledger);
-  ecat_master::FlightRecorder recorder(3);
+  motion::FlightRecorder recorder(3);
   RunOptions options{.repeat = true};
   options.layout = {ecat_master::ImageLayout::kSeparate, {{1, 0, 50}, {2, 0, 50}, {1, 0, 50}}};
   options.groups = 3;
@@ -392,7 +392,7 @@ TEST_F(CyclePurity, RequestsOfTheCycleAndCopiedProcessDataDoNotChangeThat) {
   // Copies target velocity (60FFh) and, at an odd bit, target torque (6071h) of drive 2, which CSP ignores.
   options.copies = [](const ecat_master::Master& master) {
     const auto places = master.image().places();
-    return std::vector<ecat_master::ProcessDataCopy>{
+    return std::vector<motion::ProcessDataCopy>{
         {0, 8 * places[0].input_offset + 56, 8 * places[2].output_offset + 56, 32},
         {1, 8 * places[1].input_offset + 61, 8 * places[2].output_offset + 121, 7}};
   };

@@ -9,7 +9,7 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::FlightRecorder;
+using motion::FlightRecorder;
 using motion::MotionPhase;
 
 /// A CSV file as columns of numbers by name.

@@ -96,7 +96,7 @@ class Terminals : public testing::TestWithParam<TerminalCase> {
     ASSERT_EQ(sentence(master->configure(plans)), "");
     variables = std::make_unique<ProcessVariables>(master->slaves(), master->image());
   }
-  void to_op(std::vector<ecat_master::ProcessDataCopy> copies = {}) {
+  void to_op(std::vector<motion::ProcessDataCopy> copies = {}) {
     CyclicCore::Settings settings;
     settings.copies = std::move(copies);
     const auto started = master->start_cycle(nullptr, {}, settings, [this](CyclicCore& core) {

@@ -7,8 +7,8 @@
 #include <set>
 #include <sstream>
 
-#include "driveline/ecat_master/cyclic/flight_recorder.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
+#include "driveline/motion/cycle/flight_recorder.hpp"
 #include "driveline/wire/fmmu.hpp"
 #include "every_layout.hpp"
 #include "fault_ports.hpp"
@@ -315,7 +315,7 @@ TEST_P(EveryLayoutBeside, MailboxesOfAllSlavesAreServed) {
 }
 
 TEST_P(EveryLayoutBeside, TheRecorderKeepsWhereTheDrivesWere) {
-  ecat_master::FlightRecorder recorder(kDrives);
+  motion::FlightRecorder recorder(kDrives);
   auto run = options();
   run.repeat = true;
   run.recorder = &recorder;
@@ -325,7 +325,7 @@ TEST_P(EveryLayoutBeside, TheRecorderKeepsWhereTheDrivesWere) {
   operation->run(milliseconds{300});
   ASSERT_TRUE(recorder.frozen());
   std::ostringstream out;
-  const std::vector<ecat_master::FlightRecorder::AxisLabel> labels{{"a"}, {"b"}, {"c"}, {"d"}, {"e"}, {"f"}};
+  const std::vector<motion::FlightRecorder::AxisLabel> labels{{"a"}, {"b"}, {"c"}, {"d"}, {"e"}, {"f"}};
   recorder.write_csv(out, labels);
   std::istringstream in(out.str());
   std::string head;

@@ -43,7 +43,7 @@ class LineFault : public testing::Test {
 
   std::unique_ptr<DriveLine> drives;
   std::unique_ptr<LineOperation> operation;
-  ecat_master::CycleStatistics before;
+  motion::CycleStatistics before;
 };
 
 TEST_F(LineFault, DropOnTheWayOutKeepsTheOutputsFromTheDrives) {

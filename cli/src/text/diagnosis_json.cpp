@@ -92,7 +92,7 @@ nlohmann::json to_json(const ecat_master::EmergencyRecord& record) {
   return {{"time_ns", record.time.count()}, {"slave", record.slave}, {"sentence", ecat_master::describe(record)}};
 }
 
-nlohmann::json to_json(const ecat_master::CycleStatistics& cycle) {
+nlohmann::json to_json(const motion::CycleStatistics& cycle) {
   return {{"cycles", cycle.cycles},
           {"missed_periods", cycle.missed_periods},
           {"wkc_errors", cycle.wkc_errors},

@@ -129,8 +129,7 @@ PlotFacts plot_facts(const runtime::RunReport& report) {
   return facts;
 }
 
-runtime::Result<void> write_jitter_csv(const ecat_master::CycleStatistics& statistics,
-                                       const std::filesystem::path& file) {
+runtime::Result<void> write_jitter_csv(const motion::CycleStatistics& statistics, const std::filesystem::path& file) {
   std::map<std::pair<std::int64_t, std::int64_t>, std::array<std::uint64_t, 2>> rows;
   auto add = [&rows](const rt::Histogram& histogram, std::size_t column) {
     histogram.for_each_bucket([&](const rt::Histogram::Bucket& bucket) {

@@ -28,7 +28,7 @@ struct PlotFacts {
 
 /// Writes the histograms of a run as CSV: lower and upper bound in ns, then the counts of wake-up latency and cycle
 /// cost.
-[[nodiscard]] runtime::Result<void> write_jitter_csv(const ecat_master::CycleStatistics& statistics,
+[[nodiscard]] runtime::Result<void> write_jitter_csv(const motion::CycleStatistics& statistics,
                                                      const std::filesystem::path& file);
 
 /// Draws the files in `directory` (jitter.csv, and axes.csv unless `axes` is empty) with gnuplot: jitter.png,

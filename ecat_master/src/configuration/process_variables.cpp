@@ -272,7 +272,8 @@ ProcessVariables::Found<motion::PdoBits> ProcessVariables::bits(std::string_view
   return motion::PdoBits(variable->bit_offset, variable->bits);
 }
 
-ProcessVariables::Found<ProcessDataCopy> ProcessVariables::copy(std::string_view from, std::string_view to) const {
+ProcessVariables::Found<motion::ProcessDataCopy> ProcessVariables::copy(std::string_view from,
+                                                                        std::string_view to) const {
   auto source = find(from);
   if (!source) return tl::unexpected(source.error());
   auto target = find(to);
@@ -282,7 +283,7 @@ ProcessVariables::Found<ProcessDataCopy> ProcessVariables::copy(std::string_view
   if (source->bits != target->bits) {
     return tl::unexpected(VariableError{variable_faults::SizesDiffer{std::move(*source), std::move(*target)}});
   }
-  return ProcessDataCopy{source->slave, source->bit_offset, target->bit_offset, source->bits};
+  return motion::ProcessDataCopy{source->slave, source->bit_offset, target->bit_offset, source->bits};
 }
 
 }  // namespace driveline::ecat_master

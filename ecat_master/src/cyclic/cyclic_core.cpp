@@ -96,7 +96,7 @@ void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   if (motion_ != nullptr) motion_->update(start.cycle, image_.outputs());
   mark(motion::CyclePhase::kMotion);
   run_tasks(motion::TaskTiming::Order::kAfterMotion, start);
-  apply_copies(settings_.copies, valid, image_.inputs(), image_.outputs());
+  motion::apply_copies(settings_.copies, valid, image_.inputs(), image_.outputs());
   acyclic_.end_cycle();
   const auto done = clock_.now();
   if (settings_.trace != nullptr) settings_.trace->mark(motion::CyclePhase::kTasksAfter, done);
@@ -154,7 +154,7 @@ void CyclicCore::take_counting() noexcept {
   count_seen_ = switched;
   counting_ = counts(switched);
   if (!counting_) return;
-  statistics_ = CycleStatistics{};
+  statistics_ = motion::CycleStatistics{};
   if (settings_.trace != nullptr) settings_.trace->clear();
   missing_.fill(0);
 }

@@ -20,7 +20,7 @@ struct Written {
 
 Result<Written> find_bits(const LineConfig& config, const GroupOutputConfig& output,
                           const ecat_master::ProcessVariables& variables,
-                          std::span<const ecat_master::ProcessDataCopy> copies) {
+                          std::span<const motion::ProcessDataCopy> copies) {
   const auto variable = find_free_output(config, output.to, output.to_place, variables, copies);
   if (!variable) return tl::unexpected(variable.error());
   if (!output.bit && variable->bits > motion::PdoBits::kMaxBits) {
@@ -40,9 +40,9 @@ Result<Written> find_bits(const LineConfig& config, const GroupOutputConfig& out
 
 }  // namespace
 
-Result<std::vector<std::unique_ptr<GroupOutputs>>> GroupOutputs::make(
-    const LineConfig& config, const ecat_master::ProcessVariables& variables,
-    std::span<const ecat_master::ProcessDataCopy> copies) {
+Result<std::vector<std::unique_ptr<GroupOutputs>>> GroupOutputs::make(const LineConfig& config,
+                                                                      const ecat_master::ProcessVariables& variables,
+                                                                      std::span<const motion::ProcessDataCopy> copies) {
   std::vector<std::unique_ptr<GroupOutputs>> made;
   std::vector<Written> all;
   for (const auto& group : config.axis_groups) {

@@ -26,7 +26,7 @@ class GroupOutputs final : public motion::PathOutputs, public motion::CycleTask 
   /// that the process data do not contain, or that is written by something else.
   [[nodiscard]] static Result<std::vector<std::unique_ptr<GroupOutputs>>> make(
       const LineConfig& config, const ecat_master::ProcessVariables& variables,
-      std::span<const ecat_master::ProcessDataCopy> copies);
+      std::span<const motion::ProcessDataCopy> copies);
 
   /// Returns the permitted values, in the order of the line description.
   [[nodiscard]] const std::vector<GroupOutputLimits>& limits() const noexcept { return limits_; }

@@ -19,7 +19,7 @@ class CycleFigures final : public snapshot::SampleConsumer {
   /// Returns the statistics since the telemetry started; any thread. Without master_cost, stale_frames and
   /// foreign_frames, which samples do not contain; lost frames and working counter errors count the cycles with at
   /// least one.
-  [[nodiscard]] ecat_master::CycleStatistics snapshot() const {
+  [[nodiscard]] motion::CycleStatistics snapshot() const {
     const std::lock_guard lock(mutex_);
     return statistics_;
   }
@@ -48,7 +48,7 @@ class CycleFigures final : public snapshot::SampleConsumer {
  private:
   std::chrono::nanoseconds period_;
   mutable std::mutex mutex_;
-  ecat_master::CycleStatistics statistics_;  ///< guarded by mutex_
+  motion::CycleStatistics statistics_;  ///< guarded by mutex_
 };
 
 }  // namespace driveline::runtime

@@ -14,8 +14,8 @@ std::filesystem::path numbered(const std::filesystem::path& directory, std::size
 }
 
 /// Returns the labels of the columns.
-std::vector<ecat_master::FlightRecorder::AxisLabel> labels_of(const LineConfig& config) {
-  std::vector<ecat_master::FlightRecorder::AxisLabel> labels;
+std::vector<motion::FlightRecorder::AxisLabel> labels_of(const LineConfig& config) {
+  std::vector<motion::FlightRecorder::AxisLabel> labels;
   for (const auto& axis : config.axes) {
     const auto& unit = motion::position_unit(axis);
     const bool si = unit.name == trajectory::si_unit(unit.kind);
@@ -28,7 +28,7 @@ std::vector<ecat_master::FlightRecorder::AxisLabel> labels_of(const LineConfig& 
 
 FaultRecords::FaultRecords(const LineConfig& config, bool with_axes, bool in_background)
     : directory_(config.output.directory),
-      axes_(with_axes ? labels_of(config) : std::vector<ecat_master::FlightRecorder::AxisLabel>{}),
+      axes_(with_axes ? labels_of(config) : std::vector<motion::FlightRecorder::AxisLabel>{}),
       in_background_(in_background),
       recorder_(axes_.size()) {}
 

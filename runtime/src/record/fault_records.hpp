@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "driveline/ecat_master/cyclic/flight_recorder.hpp"
+#include "driveline/motion/cycle/flight_recorder.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/runtime/event/result_events.hpp"
@@ -26,7 +26,7 @@ class FaultRecords {
   FaultRecords(const LineConfig& config, bool with_axes, bool in_background);
 
   /// Returns the recorder to which the cycle writes.
-  [[nodiscard]] ecat_master::FlightRecorder& recorder() noexcept { return recorder_; }
+  [[nodiscard]] motion::FlightRecorder& recorder() noexcept { return recorder_; }
   /// Reports that a fault has occurred now.
   void note_fault() noexcept;
   /// Call regularly while the cycle runs. Returns the file completed since the last call, if there is one.
@@ -49,9 +49,9 @@ class FaultRecords {
   [[nodiscard]] std::optional<events::FaultRecorded> end_writing();
 
   std::filesystem::path directory_;
-  std::vector<ecat_master::FlightRecorder::AxisLabel> axes_;
+  std::vector<motion::FlightRecorder::AxisLabel> axes_;
   bool in_background_;
-  ecat_master::FlightRecorder recorder_;
+  motion::FlightRecorder recorder_;
   bool triggered_ = false;
   Writing writing_;
   std::vector<std::filesystem::path> files_;

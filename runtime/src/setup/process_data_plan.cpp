@@ -13,9 +13,9 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::ProcessDataCopy;
 using ecat_master::ProcessVariable;
 using ecat_master::ProcessVariables;
+using motion::ProcessDataCopy;
 using std::chrono::nanoseconds;
 
 Result<void> give_names(const LineConfig& config, ProcessVariables& variables) {

@@ -66,10 +66,10 @@ struct RunOptions {
   motion::CycleTask* task = nullptr;
   motion::TaskTiming::Order task_order = motion::TaskTiming::Order::kBeforeMotion;
   std::vector<std::size_t> hot_connect{};  ///< drives of a hot-connect group
-  ecat_master::FlightRecorder* recorder = nullptr;
+  motion::FlightRecorder* recorder = nullptr;
   motion::CycleTrace* trace = nullptr;
   /// Process data copied from slave to slave, in the image of the line.
-  std::function<std::vector<ecat_master::ProcessDataCopy>(const ecat_master::Master&)> copies{};
+  std::function<std::vector<motion::ProcessDataCopy>(const ecat_master::Master&)> copies{};
   motion::LossPolicy on_loss = motion::LossPolicy::kStop;  ///< loss policy of every axis
   motion::LatePolicy late = motion::LatePolicy::kStay;     ///< late policy of the path
   std::uint32_t max_lost_cycles = 8;                       ///< LineConfig::max_lost_cycles
@@ -140,7 +140,7 @@ class LineOperation {
   [[nodiscard]] motion::Motion& motion() noexcept { return *motion_; }
   /// Only with RunOptions::single_axes.
   [[nodiscard]] motion::SingleAxes& single_axes() noexcept { return *single_axes_; }
-  [[nodiscard]] const ecat_master::CycleStatistics& statistics() noexcept { return master_->core()->statistics(); }
+  [[nodiscard]] const motion::CycleStatistics& statistics() noexcept { return master_->core()->statistics(); }
 
   std::vector<snapshot::AxisSample> axis_samples;
   std::vector<snapshot::LineSample> line_samples;

@@ -37,7 +37,7 @@ class ScopedEnvironment {
 class Plots : public test::TemporaryDirectory {
  protected:
   void leave_csv_files() const {
-    ecat_master::CycleStatistics statistics;
+    motion::CycleStatistics statistics;
     for (int i = 0; i < 1000; ++i) statistics.wake_latency.record(nanoseconds{50 + i});
     for (int i = 0; i < 1000; ++i) statistics.cost.record(nanoseconds{8000 + i});
     ASSERT_TRUE(write_jitter_csv(statistics, directory / "jitter.csv"));
@@ -68,7 +68,7 @@ MATCHER(IsPng, "") {
 }
 
 TEST_F(Plots, JitterCsvHasBothHistogramsByBucket) {
-  ecat_master::CycleStatistics statistics;
+  motion::CycleStatistics statistics;
   statistics.wake_latency.record(nanoseconds{7});
   statistics.wake_latency.record(nanoseconds{7});
   statistics.cost.record(nanoseconds{7});

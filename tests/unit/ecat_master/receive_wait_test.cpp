@@ -72,7 +72,7 @@ class ReceiveWaitTest : public testing::Test {
     counting.sleeps = counting.turns = 0;
     longest = {};
   }
-  [[nodiscard]] const CycleStatistics& seen() const { return core->statistics(); }
+  [[nodiscard]] const motion::CycleStatistics& seen() const { return core->statistics(); }
 
   rt::VirtualClock time;
   CountingClock counting{time};

@@ -4,12 +4,14 @@
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "driveline/ecat_master/configuration/configurator.hpp"
-#include "driveline/ecat_master/process_data/process_copy.hpp"
+#include "driveline/ecat_master/process_data/process_image.hpp"
 #include "driveline/motion/cia301/pdo_entry.hpp"
+#include "driveline/motion/cia301/process_copy.hpp"
 
 namespace driveline::ecat_master {
 
@@ -23,7 +25,7 @@ struct ProcessVariable {
   std::uint16_t index = 0;     ///< index of the mapped object
   std::uint8_t subindex = 0;   ///< sub-index of the mapped object
   bool output = false;         ///< written by the master
-  std::size_t bit_offset = 0;  ///< offset in ProcessImage::outputs() or inputs()
+  std::size_t bit_offset = 0;  ///< offset in the image of outputs or inputs
   unsigned bits = 0;           ///< length in the process data
 
   /// "x.6041h:00 (Status word)".
@@ -98,6 +100,8 @@ class ProcessVariables {
 
   /// Collects the variables of configured slaves. Gaps in the mapping (index 0) are not variables.
   ProcessVariables(std::span<const ConfiguredSlave> slaves, const ProcessImage& image);
+  /// Takes variables that another bus has placed in its image.
+  explicit ProcessVariables(std::vector<ProcessVariable> variables) : variables_(std::move(variables)) {}
 
   /// All variables in the order of slaves and of their process data, outputs first.
   [[nodiscard]] std::span<const ProcessVariable> all() const noexcept { return variables_; }
@@ -130,7 +134,7 @@ class ProcessVariables {
   [[nodiscard]] Found<motion::PdoBits> bits(std::string_view name) const;
   /// A copy of an input of a slave to an output of another slave in every cycle. Errors: also NoSource, NoTarget,
   /// SizesDiffer.
-  [[nodiscard]] Found<ProcessDataCopy> copy(std::string_view from, std::string_view to) const;
+  [[nodiscard]] Found<motion::ProcessDataCopy> copy(std::string_view from, std::string_view to) const;
 
  private:
   void add(const ConfiguredSlave& slave, const ProcessImage& image, bool output);

@@ -9,14 +9,15 @@
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_event.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
-#include "driveline/ecat_master/cyclic/flight_recorder.hpp"
 #include "driveline/ecat_master/cyclic/receive_wait.hpp"
 #include "driveline/ecat_master/dc/clock_follower.hpp"
-#include "driveline/ecat_master/process_data/process_copy.hpp"
+#include "driveline/motion/cia301/process_copy.hpp"
 #include "driveline/motion/control/motion_control.hpp"
 #include "driveline/motion/cycle/cycle.hpp"
+#include "driveline/motion/cycle/cycle_statistics.hpp"
 #include "driveline/motion/cycle/cycle_task.hpp"
 #include "driveline/motion/cycle/cycle_trace.hpp"
+#include "driveline/motion/cycle/flight_recorder.hpp"
 #include "driveline/motion/cycle/sample_rings.hpp"
 #include "driveline/rt/counter.hpp"
 #include "driveline/rt/cycle_timer.hpp"
@@ -24,29 +25,6 @@
 #include "driveline/snapshot/snapshot.hpp"
 
 namespace driveline::ecat_master {
-
-/// Counters and times while counting was on; owned by the cycle, to be read after it has ended.
-struct CycleStatistics {
-  std::uint64_t cycles = 0;          ///< cycles that have run
-  std::uint64_t missed_periods = 0;  ///< grid instants that were skipped because a cycle was late
-  std::uint64_t wkc_errors = 0;      ///< frames that came back with an unexpected working counter
-  std::uint64_t lost_frames = 0;     ///< cyclic frames that did not come back within their cycle
-  std::uint64_t late_frames = 0;     ///< lost_frames that came back in one of the next cycles
-  std::uint64_t stale_frames = 0;  ///< frames that were no longer expected: late ones, duplicates, late acyclic answers
-  std::uint64_t foreign_frames = 0;  ///< frames of other senders
-  /// Cycles that received no further because too many frames came that they did not expect: answers of the line may
-  /// have waited behind them.
-  std::uint64_t flooded_cycles = 0;
-  /// Time from the instant at which a cycle was due until it started, with every missed instant
-  /// (rt::record_lateness()).
-  rt::Histogram wake_latency;
-  /// Longest time without a cycle: the lateness of a cycle that missed a period or more; 0: there was none.
-  std::chrono::nanoseconds longest_absence{0};
-  std::chrono::nanoseconds longest_absence_at{0};  ///< grid time at which that absence started
-  rt::Histogram cost;                              ///< wake-up to the end of the cycle's work
-  rt::Histogram master_cost;                       ///< `cost` without the time until all frames were back
-  rt::Histogram round_trip;                        ///< from sending the first to receiving the last cyclic frame
-};
 
 /// Counters of an exchange group since the cycle started. Any thread may read them. \rtsafe
 struct ExchangeGroupCounters {
@@ -80,10 +58,10 @@ class CyclicCore final : public motion::Cycle {
     std::size_t acyclic_bytes = 0;
     motion::TaskSchedule* tasks =
         nullptr;  ///< tasks of the application, before and after the motion; must outlive the core
-    std::vector<ProcessDataCopy> copies;  ///< copies from slave to slave, after tasks and motion in every cycle
-    FlightRecorder* recorder = nullptr;   ///< must outlive the core
-    motion::CycleTrace* trace = nullptr;  ///< trace of the counted cycles; must outlive the core
-    dc::ClockFollower* clocks = nullptr;  ///< distributed clocks; null: none. Must outlive the core
+    std::vector<motion::ProcessDataCopy> copies;  ///< copies from slave to slave, after tasks and motion in every cycle
+    motion::FlightRecorder* recorder = nullptr;   ///< must outlive the core
+    motion::CycleTrace* trace = nullptr;          ///< trace of the counted cycles; must outlive the core
+    dc::ClockFollower* clocks = nullptr;          ///< distributed clocks; null: none. Must outlive the core
   };
   /// Capacity of the ring of events; when it is full, events are dropped and counted.
   static constexpr std::size_t kEventRing = 1024;
@@ -157,7 +135,7 @@ class CyclicCore final : public motion::Cycle {
   /// Frames of other senders since the cycle started; see stale_frames().
   [[nodiscard]] std::uint64_t foreign_frames() const noexcept { return foreign_frames_.value(); }
 
-  /// Cycles since the cycle started that received no further; see CycleStatistics::flooded_cycles.
+  /// Cycles since the cycle started that received no further; see motion::CycleStatistics::flooded_cycles.
   [[nodiscard]] std::uint64_t flooded_cycles() const noexcept { return flooded_cycles_.value(); }
 
   /// EtherCAT frames of another master since the cycle started.
@@ -173,7 +151,7 @@ class CyclicCore final : public motion::Cycle {
   [[nodiscard]] std::uint64_t events_dropped() const noexcept { return events_.dropped(); }
 
   /// Counters and times; only while no cycle runs.
-  [[nodiscard]] const CycleStatistics& statistics() const noexcept { return statistics_; }
+  [[nodiscard]] const motion::CycleStatistics& statistics() const noexcept { return statistics_; }
   /// Inputs, outputs and their layout. Once cycles run, the bytes belong to the cycle.
   [[nodiscard]] ProcessImage& image() noexcept { return image_; }
 
@@ -267,7 +245,7 @@ class CyclicCore final : public motion::Cycle {
   rt::SpscRing<motion::MasterAbsence> absences_{kAbsenceRing};
   AcyclicChannel acyclic_;
   ReceiveWait receive_wait_;
-  CycleStatistics statistics_;
+  motion::CycleStatistics statistics_;
   bool counting_ = true;
   std::uint64_t count_seen_ = 1;  ///< value of count_switched_ in the last cycle
   std::uint64_t cycle_number_ = 0;
@@ -280,7 +258,7 @@ class CyclicCore final : public motion::Cycle {
   std::chrono::nanoseconds deadline_{};  ///< until which answers are awaited in this cycle
   std::uint32_t unexpected_ = 0;         ///< unexpected frames in this cycle
   std::uint32_t unexpected_late_ = 0;    ///< those of them that were taken after the deadline
-  bool flooded_ = false;                 ///< CycleStatistics::flooded_cycles counts this cycle
+  bool flooded_ = false;                 ///< motion::CycleStatistics::flooded_cycles counts this cycle
   std::chrono::nanoseconds received_at_{};
   std::chrono::nanoseconds exchanged_at_{};
   std::chrono::nanoseconds grid_shift_{};

@@ -76,7 +76,7 @@ struct LineDiagnosis {
   std::uint64_t foreign_frames = 0;            ///< frames of other senders
   /// Statistics of a cycle that has ended; while it runs only the cycle may read them, but a consumer of its samples
   /// may fill them in.
-  std::optional<CycleStatistics> statistics;
+  std::optional<motion::CycleStatistics> statistics;
   /// Whether the round trip in `statistics` is that of a simulated line; set by the caller that fills in `statistics`.
   bool round_trip_modelled = false;
   std::optional<port::RingStatus> ring;  ///< empty without a ring

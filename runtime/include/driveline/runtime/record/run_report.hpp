@@ -104,7 +104,7 @@ struct RunReport {
   std::vector<InterfaceReport> interfaces;  ///< empty: the line is simulated in this process
   std::chrono::nanoseconds period{};
   double duration_s = 0.0;  ///< time in operation
-  ecat_master::CycleStatistics statistics;
+  motion::CycleStatistics statistics;
   /// Usage of the thread of the cycle, from its first cycle to its last one; none: the cycle had no thread of its own.
   std::optional<rt::ThreadUsage> thread;
   std::chrono::nanoseconds wake_ahead{};  ///< time by which that thread woke before the grid time at the end

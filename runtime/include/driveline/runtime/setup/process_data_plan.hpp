@@ -29,7 +29,7 @@ namespace driveline::runtime {
 /// Process data of a configured line with the names of the file, and the copies of every cycle.
 struct NamedProcessData {
   ecat_master::ProcessVariables variables;
-  std::vector<ecat_master::ProcessDataCopy> copies;
+  std::vector<motion::ProcessDataCopy> copies;
 };
 
 /// Call after Master::configure(). Errors, with file and line: an unknown name, a copy between entries of different
@@ -37,8 +37,9 @@ struct NamedProcessData {
 [[nodiscard]] Result<NamedProcessData> name_process_data(const LineConfig& config, const ecat_master::Master& master);
 
 /// Finds an output by name that neither an axis nor a copy writes. Error: with this `place` of the file.
-[[nodiscard]] Result<ecat_master::ProcessVariable> find_free_output(
-    const LineConfig& config, std::string_view name, const std::string& place,
-    const ecat_master::ProcessVariables& variables, std::span<const ecat_master::ProcessDataCopy> copies);
+[[nodiscard]] Result<ecat_master::ProcessVariable> find_free_output(const LineConfig& config, std::string_view name,
+                                                                    const std::string& place,
+                                                                    const ecat_master::ProcessVariables& variables,
+                                                                    std::span<const motion::ProcessDataCopy> copies);
 
 }  // namespace driveline::runtime

@@ -1,16 +1,16 @@
-#include "driveline/ecat_master/cyclic/flight_recorder.hpp"
+#include "driveline/motion/cycle/flight_recorder.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <ostream>
 
-namespace driveline::ecat_master {
+namespace driveline::motion {
 
 FlightRecorder::FlightRecorder(std::size_t axes, std::size_t cycles)
     : axes_(axes), lines_(std::max<std::size_t>(cycles, 1)), axis_records_(lines_.size() * axes) {}
 
-void FlightRecorder::record(const snapshot::LineSample& line, std::span<const motion::Axis> axes) noexcept {
+void FlightRecorder::record(const snapshot::LineSample& line, std::span<const Axis> axes) noexcept {
   // Acquire: the values set by rearm() must be visible.
   if (frozen_.load(std::memory_order_acquire)) return;
   lines_[next_] = line;
@@ -109,4 +109,4 @@ void FlightRecorder::rearm() noexcept {
   frozen_.store(false, std::memory_order_release);
 }
 
-}  // namespace driveline::ecat_master
+}  // namespace driveline::motion

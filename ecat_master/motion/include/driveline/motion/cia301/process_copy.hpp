@@ -1,17 +1,15 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
-#include <vector>
 
-#include "driveline/ecat_master/process_data/process_image.hpp"
-
-namespace driveline::ecat_master {
+namespace driveline::motion {
 
 /// Process data that the master copies from one slave to another in every cycle.
 struct ProcessDataCopy {
   std::size_t from_slave = 0;  ///< position of the source slave; copies only while its inputs are valid
-  std::size_t from_bit = 0;    ///< bit offset in ProcessImage::inputs()
-  std::size_t to_bit = 0;      ///< bit offset in ProcessImage::outputs()
+  std::size_t from_bit = 0;    ///< bit offset in the image of inputs
+  std::size_t to_bit = 0;      ///< bit offset in the image of outputs
   std::size_t bits = 0;        ///< number of bits
 };
 
@@ -20,4 +18,4 @@ struct ProcessDataCopy {
 void apply_copies(std::span<const ProcessDataCopy> copies, std::span<const bool> valid,
                   std::span<const std::byte> inputs, std::span<std::byte> outputs) noexcept;
 
-}  // namespace driveline::ecat_master
+}  // namespace driveline::motion

@@ -1,8 +1,10 @@
-#include "driveline/ecat_master/process_data/process_copy.hpp"
+#include "driveline/motion/cia301/process_copy.hpp"
 
 #include <algorithm>
 
-namespace driveline::ecat_master {
+#include "driveline/motion/cia301/pdo_entry.hpp"
+
+namespace driveline::motion {
 
 void apply_copies(std::span<const ProcessDataCopy> copies, std::span<const bool> valid,
                   std::span<const std::byte> inputs, std::span<std::byte> outputs) noexcept {
@@ -14,11 +16,11 @@ void apply_copies(std::span<const ProcessDataCopy> copies, std::span<const bool>
       continue;
     }
     for (std::size_t done = 0; done < copy.bits;) {
-      const auto part = static_cast<unsigned>(std::min<std::size_t>(copy.bits - done, motion::PdoBits::kMaxBits));
-      motion::PdoBits(copy.to_bit + done, part).set(outputs, motion::PdoBits(copy.from_bit + done, part).get(inputs));
+      const auto part = static_cast<unsigned>(std::min<std::size_t>(copy.bits - done, PdoBits::kMaxBits));
+      PdoBits(copy.to_bit + done, part).set(outputs, PdoBits(copy.from_bit + done, part).get(inputs));
       done += part;
     }
   }
 }
 
-}  // namespace driveline::ecat_master
+}  // namespace driveline::motion

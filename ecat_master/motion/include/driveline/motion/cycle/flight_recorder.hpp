@@ -9,7 +9,7 @@
 #include "driveline/motion/axis/axis.hpp"
 #include "driveline/snapshot/snapshot.hpp"
 
-namespace driveline::ecat_master {
+namespace driveline::motion {
 
 /// Records the last cycles in fixed memory and stops shortly after a fault, so that the cycles before and after it can
 /// be written to a file.
@@ -42,7 +42,7 @@ class FlightRecorder {
   explicit FlightRecorder(std::size_t axes, std::size_t cycles = kCycles);
 
   /// Records a cycle; does nothing while frozen. \rtsafe
-  void record(const snapshot::LineSample& line, std::span<const motion::Axis> axes) noexcept;
+  void record(const snapshot::LineSample& line, std::span<const Axis> axes) noexcept;
   /// Stops recording after kCyclesAfter further cycles. Only the first trigger counts. \rtsafe
   void trigger() noexcept { triggered_.store(true, std::memory_order_release); }
   /// Whether the records after a trigger are complete. \rtsafe
@@ -76,4 +76,4 @@ class FlightRecorder {
   std::atomic<bool> frozen_{false};
 };
 
-}  // namespace driveline::ecat_master
+}  // namespace driveline::motion
