@@ -5,7 +5,7 @@ import re
 from rooms import code_only, read_reasons, room_of, sources
 
 MAX_LINES = 800
-WIRE_ROOMS = {"bytes", "sdo", "wire", "canopen_wire", "canopen_port", "canopen_client", "port", "snapshot", "motion", "ecat_master", "slaves"}
+WIRE_ROOMS = {"bytes", "sdo", "wire", "canopen_wire", "canopen_port", "canopen_client", "canopen_master", "port", "snapshot", "motion", "ecat_master", "slaves"}
 
 PACKED = re.compile(r"__attribute__\s*\(\(\s*(?:__)?packed|\[\[\s*gnu::packed|#\s*pragma\s+pack")
 NOT_A_MEMBER = r"(?!.*\b(?:case|default|enum|class|struct|public|private|protected|goto|return)\b)"
@@ -21,7 +21,7 @@ PRINTERS = {"cli/src/console.cpp"}
 CAST = re.compile(r"\breinterpret_cast\b")
 # An error of the library has facts with names, and describe() makes the sentence.
 STRING_ERROR = re.compile(r"\b(?:expected\s*<[^;{}()]*,|unexpected\s*<)\s*std::string\s*>")
-ERRORS_WITH_FACTS = {"rt", "wire", "canopen_wire", "canopen_port", "canopen_client", "capture", "port", "snapshot", "motion", "ecat_master", "trajectory", "esi", "slaves", "bridge", "runtime"}
+ERRORS_WITH_FACTS = {"rt", "wire", "canopen_wire", "canopen_port", "canopen_client", "canopen_master", "capture", "port", "snapshot", "motion", "ecat_master", "trajectory", "esi", "slaves", "bridge", "runtime"}
 # The bits of a drive profile belong to its link: motions work with drives of any profile.
 PROFILE_BITS = re.compile(r"\b(?:cia402::command|command_bit|status_bit|next_control_word|decode_state)\b")
 PROFILE_FOLDERS = {"drive", "cia402"}

@@ -16,6 +16,7 @@ FOLDERS = {
     "canopen/sdo": "sdo",
     "canopen/wire": "canopen_wire",
     "canopen/client": "canopen_client",
+    "canopen/master": "canopen_master",
     "canopen/port": "canopen_port",
     "trajectory": "trajectory",
     "esi": "esi",
