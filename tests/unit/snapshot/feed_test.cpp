@@ -84,6 +84,9 @@ LineSample line_of(std::uint64_t cycle) {
   line.expected_working_counter = 12;
   line.frame_received = true;
   line.dc_locked = true;
+  line.bus_load = 0.73F;
+  line.bus_send_errors = 96;
+  line.bus_receive_errors = 5;
   return line;
 }
 
@@ -132,6 +135,9 @@ TEST(Feed, EveryValueOfACycleArrives) {
   EXPECT_EQ(line->axes, 2U);
   EXPECT_TRUE(line->frame_received);
   EXPECT_TRUE(line->dc_locked);
+  EXPECT_EQ(line->bus_load, 0.73F);
+  EXPECT_EQ(line->bus_send_errors, 96);
+  EXPECT_EQ(line->bus_receive_errors, 5);
   ASSERT_EQ(reader.axes().size(), 2U);
   const auto& got = reader.axes()[1];
   const auto sent = axis_of(41, 1);

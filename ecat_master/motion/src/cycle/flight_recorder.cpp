@@ -43,10 +43,11 @@ std::size_t FlightRecorder::slot(std::size_t age) const noexcept {
   return (next_ + lines_.size() - 1 - age) % lines_.size();
 }
 
-void FlightRecorder::write_header(std::ostream& out, std::span<const AxisLabel> axes, bool clocks) const {
+void FlightRecorder::write_header(std::ostream& out, std::span<const AxisLabel> axes, bool clocks, bool load) const {
   out << "cycle,time_ns,wake_latency_ns,cost_ns,round_trip_ns,missed_periods,frames_received,working_counter,"
          "expected_working_counter";
   if (clocks) out << ",dc_locked,dc_difference_ns";
+  if (load) out << ",bus_load,bus_send_errors,bus_receive_errors";
   for (const auto& axis : axes) {
     for (const char* figure : {"control_word", "status_word", "mode", "available"})
       out << ',' << axis.name << '.' << figure;
@@ -72,15 +73,17 @@ void FlightRecorder::write_csv(std::ostream& out, std::span<const AxisLabel> axe
   // Without distributed clocks both keep their initial values.
   const bool clocks = std::any_of(lines_.begin(), lines_.end(),
                                   [](const auto& line) { return line.dc_locked || line.dc_difference_ns != 0; });
+  const bool load = std::any_of(lines_.begin(), lines_.end(), [](const auto& line) { return line.bus_load > 0.0F; });
   std::vector<AxisLabel> labels(axes.begin(), axes.begin() + static_cast<std::ptrdiff_t>(std::min(axes.size(), axes_)));
   while (labels.size() < axes_) labels.push_back({fmt::format("axis{}", labels.size())});
-  write_header(out, labels, clocks);
+  write_header(out, labels, clocks, load);
   for (std::size_t age = size_; age-- > 0;) {
     const auto& line = lines_[slot(age)];
     out << fmt::format("{},{},{},{},{},{},{},{},{}", line.cycle, line.time_ns, line.wake_latency_ns, line.cost_ns,
                        line.round_trip_ns, line.missed_periods, line.frame_received ? 1 : 0, line.working_counter,
                        line.expected_working_counter);
     if (clocks) out << fmt::format(",{},{}", line.dc_locked ? 1 : 0, line.dc_difference_ns);
+    if (load) out << fmt::format(",{:.4f},{},{}", line.bus_load, line.bus_send_errors, line.bus_receive_errors);
     const auto records = std::span(axis_records_).subspan(slot(age) * axes_, axes_);
     for (std::size_t i = 0; i < axes_; ++i) {
       const auto& axis = records[i];

@@ -90,6 +90,9 @@ struct LineSample {
   std::uint16_t axes = 0;       ///< number of axes; as many AxisSamples follow with the same cycle number
   bool frame_received = false;  ///< all frames that were due have returned in time
   bool dc_locked = false;       ///< the grid is locked to the reference clock
+  float bus_load = 0.0F;        ///< CAN: share of the time since the last cycle in which the bus carried frames; else 0
+  std::uint8_t bus_send_errors = 0;     ///< CAN: transmit error counter of the adapter; 0 where it does not tell
+  std::uint8_t bus_receive_errors = 0;  ///< CAN: receive error counter of the adapter; 0 where it does not tell
 };
 static_assert(std::is_trivially_copyable_v<LineSample>);
 

@@ -57,14 +57,15 @@ class FlightRecorder {
     double increments_per_unit = 0.0;                ///< drive increments per rad or m, for additional columns; 0: none
   };
   /// Writes one row per cycle and one column per figure; `axes` has a label for each axis. The clock difference has a
-  /// column only if a clock was locked in one of the cycles. Increments are the last columns.
+  /// column only if a clock was locked in one of the cycles, and the load of the bus only if one was measured.
+  /// Increments are the last columns.
   void write_csv(std::ostream& out, std::span<const AxisLabel> axes) const;
   /// Discards all records and starts recording again.
   void rearm() noexcept;
 
  private:
   [[nodiscard]] std::size_t slot(std::size_t age) const noexcept;
-  void write_header(std::ostream& out, std::span<const AxisLabel> axes, bool clocks) const;
+  void write_header(std::ostream& out, std::span<const AxisLabel> axes, bool clocks, bool load) const;
 
   std::size_t axes_;
   std::vector<snapshot::LineSample> lines_;

@@ -98,8 +98,12 @@ struct FeedLine {
   std::uint16_t axes = 0;                      ///< number of FeedAxisSample records that follow in this record
   std::uint8_t frame_received = 0;             ///< LineSample::frame_received
   std::uint8_t dc_locked = 0;                  ///< LineSample::dc_locked
-  std::uint8_t present = 0;                ///< 0: the cycle's line sample was lost; only `cycle` and the axes are valid
-  std::array<std::uint8_t, 3> reserved{};  ///< 0
+  std::uint8_t present = 0;             ///< 0: the cycle's line sample was lost; only `cycle` and the axes are valid
+  std::uint8_t bus_send_errors = 0;     ///< LineSample::bus_send_errors
+  std::uint8_t bus_receive_errors = 0;  ///< LineSample::bus_receive_errors
+  std::uint8_t reserved = 0;            ///< 0
+  float bus_load = 0.0F;                ///< LineSample::bus_load
+  std::uint32_t reserved_end = 0;       ///< 0
 };
 
 /// AxisSample in the record of its cycle.
@@ -164,7 +168,7 @@ struct FeedReturn {
 };
 
 /// Content numbers of the regions, and the version of all of them.
-inline constexpr std::uint32_t kFeedVersion = 4;
+inline constexpr std::uint32_t kFeedVersion = 5;
 inline constexpr std::uint32_t kFeedDescriptionContent = 0x4644'4553;  ///< FeedDescription
 inline constexpr std::uint32_t kFeedStatusContent = 0x4653'5441;       ///< FeedStatus
 inline constexpr std::uint32_t kFeedCyclesContent = 0x4643'5943;       ///< FeedLine with its FeedAxisSample
@@ -222,6 +226,9 @@ static_assert(sizeof(FeedLine) % sizeof(std::uint64_t) == 0 && sizeof(FeedAxisSa
   line.frame_received = sample.frame_received ? 1 : 0;
   line.dc_locked = sample.dc_locked ? 1 : 0;
   line.present = 1;
+  line.bus_send_errors = sample.bus_send_errors;
+  line.bus_receive_errors = sample.bus_receive_errors;
+  line.bus_load = sample.bus_load;
   return line;
 }
 /// Omits the cycle number, which is in the FeedLine of the record.
@@ -262,7 +269,10 @@ static_assert(sizeof(FeedLine) % sizeof(std::uint64_t) == 0 && sizeof(FeedAxisSa
           .expected_working_counter = line.expected_working_counter,
           .axes = axes,
           .frame_received = line.frame_received != 0,
-          .dc_locked = line.dc_locked != 0};
+          .dc_locked = line.dc_locked != 0,
+          .bus_load = line.bus_load,
+          .bus_send_errors = line.bus_send_errors,
+          .bus_receive_errors = line.bus_receive_errors};
 }
 /// An invalid state becomes AxisState::kUnavailable, SampledPlcopenState::kNone or AxisHomed::kUnknown.
 [[nodiscard]] inline AxisSample from_feed(const FeedAxisSample& sample, std::uint64_t cycle) noexcept {
