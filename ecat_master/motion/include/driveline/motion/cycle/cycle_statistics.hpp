@@ -11,9 +11,11 @@ namespace driveline::motion {
 struct CycleStatistics {
   std::uint64_t cycles = 0;          ///< cycles that have run
   std::uint64_t missed_periods = 0;  ///< grid instants that were skipped because a cycle was late
-  std::uint64_t wkc_errors = 0;      ///< frames that came back with an unexpected working counter; on CAN, PDOs of a wrong length
-  std::uint64_t lost_frames = 0;     ///< cyclic frames that did not come back within their cycle; on CAN, PDOs that were due and did not come
-  std::uint64_t late_frames = 0;     ///< lost_frames that came back in one of the next cycles
+  std::uint64_t wkc_errors =
+      0;  ///< frames that came back with an unexpected working counter; on CAN, PDOs of a wrong length
+  std::uint64_t lost_frames =
+      0;  ///< cyclic frames that did not come back within their cycle; on CAN, PDOs that were due and did not come
+  std::uint64_t late_frames = 0;   ///< lost_frames that came back in one of the next cycles
   std::uint64_t stale_frames = 0;  ///< frames that were no longer expected: late ones, duplicates, late acyclic answers
   std::uint64_t foreign_frames = 0;  ///< frames of other senders
   /// Cycles that received no further because too many frames came that they did not expect: answers of the line may
