@@ -7,6 +7,7 @@
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/dc/sync_objects.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
+#include "master/newcomers.hpp"
 
 namespace driveline::ecat_master {
 
@@ -204,8 +205,7 @@ tl::expected<void, rt::RealtimeError> Master::start_cycle(motion::MotionControl*
                                                           CyclicCore::Settings settings,
                                                           const MakeRunner& make_runner) {
   settings.slaves = static_cast<std::uint16_t>(reachable().size());
-  unplaced_.assign(slaves_.size(), std::nullopt);
-  unproven_.assign(slaves_.size(), false);
+  newcomers_ = std::make_unique<Newcomers>(Newcomers::Line{bus_, slaves_, refs_, topology_, comparison_});
   watch_.reset();
   follower_ = clocks_ ? std::make_unique<dc::ClockFollower>(*clocks_) : nullptr;
   settings.clocks = follower_.get();

@@ -10,6 +10,7 @@
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/wire/sync_manager.hpp"
+#include "master/newcomers.hpp"
 #include "sii/sii_reader.hpp"
 
 namespace driveline::ecat_master {
@@ -120,11 +121,24 @@ Result<void> Master::check_joining_slave(std::size_t slave) {
   return {};
 }
 
+/// Another device is at the position of this slave and loses its address, so that the right one can join.
+Result<void> Master::refuse(std::size_t slave, const Error& error) {
+  if (error.is<facts::IdentityMismatch>()) {
+    // If the write fails, the device is gone again, together with its address.
+    static_cast<void>(bus_.write(refs_[slave], wire::reg::kStationAddress, 0).has_value());
+  }
+  return tl::unexpected(error);
+}
+
+Result<std::vector<Master::Readdressed>> Master::readdress_newcomers() {
+  return newcomers_->readdress();
+}
+
 Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_timeout) {
   const auto report = al_status_of(slave);
   if (!report) {
     const bool silent = report.error().is<facts::WorkingCounter>();
-    return tl::unexpected(silent ? unplaced_[slave].value_or(report.error()) : report.error());
+    return tl::unexpected(silent ? newcomers_->unplaced(slave).value_or(report.error()) : report.error());
   }
   const bool joins = !slaves_[slave].present;
   if (joins) {
@@ -135,8 +149,8 @@ Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_t
   const std::span<const SlaveRef> ref(&refs_[slave], 1);
   // A slave that has kept its station address and is in SAFEOP or above is still configured, unless an invalid
   // configuration caused the error.
-  bool configured =
-      !joins && !unproven_[slave] && (report->status.state == kConfigured || report->status.state == AlState::kOp);
+  bool configured = !joins && !newcomers_->unproven(slave) &&
+                    (report->status.state == kConfigured || report->status.state == AlState::kOp);
   if (configured) {
     const auto changes = changed_registers(slave);
     if (!changes) return tl::unexpected(changes.error());
@@ -159,7 +173,7 @@ Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds sta
   auto& one = slaves_[slave];
   const std::span<const SlaveRef> ref(&refs_[slave], 1);
   if (auto done = check_identity(bus_, one); !done) return done;
-  unproven_[slave] = false;
+  newcomers_->prove(slave);
   if (auto done = change_state(bus_, ref, AlState::kInit, state_timeout); !done) return done;
   if (auto done = clear_channels(bus_, ref); !done) return done;
   const auto window = write_mailbox_channels(bus_, one.info, one.plan.mailbox_timeouts);

@@ -4,21 +4,13 @@
 
 #include "bus/write_protection.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
-#include "driveline/ecat_master/master.hpp"
-#include "master/placement.hpp"
+#include "master/newcomers.hpp"
 
 namespace driveline::ecat_master {
+
 namespace {
 
-/// A slave of the line by position: its station address and the alias that it loaded at power-on.
-struct Seen {
-  std::uint16_t station = 0;
-  std::uint16_t alias = 0;
-  bool answers = false;
-  std::optional<std::uint16_t> device_id{};  ///< read when a slave with a planned device ID is missing
-};
-
-Result<std::vector<Seen>> read_station_addresses(Bus& bus) {
+Result<std::vector<SeenSlave>> read_station_addresses(Bus& bus) {
   std::array<std::byte, 1> type{};
   const auto count = bus.broadcast_read(wire::reg::kType.address, type);
   if (!count) return tl::unexpected(count.error());
@@ -30,7 +22,7 @@ Result<std::vector<Seen>> read_station_addresses(Bus& bus) {
         {wire::Command::kAprd, wire::DatagramAddress::position(i, wire::reg::kStationAddress.address), data[i]});
   }
   if (auto done = bus.exchange().exchange(requests); !done) return tl::unexpected(done.error());
-  std::vector<Seen> seen;
+  std::vector<SeenSlave> seen;
   for (std::size_t i = 0; i < data.size(); ++i) {
     seen.push_back({bytes::load_le<std::uint16_t>(data[i]),
                     bytes::load_le<std::uint16_t>(std::span(data[i]).subspan(2)), requests[i].working_counter == 1});
@@ -40,10 +32,10 @@ Result<std::vector<Seen>> read_station_addresses(Bus& bus) {
 
 /// Identifies each of `seen` by its station address. A damaged frame may have overwritten addresses: when all slaves
 /// are present and none of them may move, only the position decides; an address that several slaves have is ignored.
-std::vector<std::optional<std::size_t>> by_address(std::span<const Seen> seen, std::span<const SlaveRef> refs,
+std::vector<std::optional<std::size_t>> by_address(std::span<const SeenSlave> seen, std::span<const SlaveRef> refs,
                                                    bool fixed) {
   const bool whole = fixed && seen.size() == refs.size() &&
-                     std::all_of(seen.begin(), seen.end(), [](const Seen& s) { return s.answers; });
+                     std::all_of(seen.begin(), seen.end(), [](const SeenSlave& s) { return s.answers; });
   std::vector<std::optional<std::size_t>> known(seen.size());
   for (std::size_t position = 0; position < seen.size(); ++position) {
     const auto& one = seen[position];
@@ -51,8 +43,9 @@ std::vector<std::optional<std::size_t>> by_address(std::span<const Seen> seen, s
     const auto found = std::find_if(refs.begin(), refs.end(), has_it);
     if (!one.answers || found == refs.end()) continue;
     const auto index = static_cast<std::size_t>(found - refs.begin());
-    const auto same = std::count_if(
-        seen.begin(), seen.end(), [&one](const Seen& other) { return other.answers && other.station == one.station; });
+    const auto same = std::count_if(seen.begin(), seen.end(), [&one](const SeenSlave& other) {
+      return other.answers && other.station == one.station;
+    });
     if (whole ? index == position : same == 1) known[position] = index;
   }
   return known;
@@ -60,85 +53,116 @@ std::vector<std::optional<std::size_t>> by_address(std::span<const Seen> seen, s
 
 }  // namespace
 
+bool Newcomers::is_missing_roamer(const Survey& line, std::size_t slave) const {
+  return !line.present[slave] && line_.slaves[slave].plan.hot_connect;
+}
+
 /// A slave that was switched off has lost its station address. Known slaves are recognised by their address; a slave
 /// with another address or none is the missing slave of that place, or the hot-connect slave with that alias.
-Result<std::vector<Master::Readdressed>> Master::readdress_newcomers() {
-  auto seen = read_station_addresses(bus_);
+Result<std::vector<Newcomers::Readdressed>> Newcomers::readdress() {
+  auto line = survey();
+  if (!line) return tl::unexpected(line.error());
+  if (auto done = read_ids(*line); !done) return tl::unexpected(done.error());
+  if (auto done = give_addresses(find_roaming(*line), *line); !done) return tl::unexpected(done.error());
+  if (auto done = give_addresses(find_behind_heads(*line), *line); !done) return tl::unexpected(done.error());
+  const auto placed = find_by_wiring(*line);
+  if (!placed) return tl::unexpected(placed.error());
+  if (auto done = give_addresses(*placed, *line); !done) return tl::unexpected(done.error());
+  return std::move(line->moved);
+}
+
+Result<Newcomers::Survey> Newcomers::survey() {
+  auto seen = read_station_addresses(line_.bus);
   if (!seen) return tl::unexpected(seen.error());
-  const auto hot = [this](std::size_t slave) { return slaves_[slave].plan.hot_connect; };
-  bool fixed = true;
-  for (std::size_t i = 0; i < slaves_.size(); ++i) fixed = fixed && !hot(i);
-  auto known = by_address(*seen, refs_, fixed);
-  std::vector<bool> present(refs_.size());
-  for (const auto& slave : known) {
-    if (slave) present[*slave] = true;
+  const bool fixed = std::none_of(line_.slaves.begin(), line_.slaves.end(),
+                                  [](const ConfiguredSlave& slave) { return slave.plan.hot_connect; });
+  Survey line{std::move(*seen), {}, std::vector<bool>(line_.refs.size()), 0, {}};
+  line.known = by_address(line.seen, line_.refs, fixed);
+  for (std::size_t position = 0; position < line.seen.size(); ++position) {
+    if (line.known[position]) line.present[*line.known[position]] = true;
+    if (line.seen[position].answers) line.reached = position + 1;
   }
-  bool by_id = false;
-  for (std::size_t i = 0; i < slaves_.size(); ++i) {
-    by_id = by_id || (!present[i] && hot(i) && slaves_[i].plan.device_id);
+  return line;
+}
+
+/// Reads the device IDs of strangers if a missing slave is recognised by its device ID.
+Result<void> Newcomers::read_ids(Survey& line) {
+  bool wanted = false;
+  for (std::size_t i = 0; i < line_.slaves.size(); ++i) {
+    wanted = wanted || (is_missing_roamer(line, i) && line_.slaves[i].plan.device_id);
   }
-  if (by_id) {
-    std::vector<std::uint16_t> strangers;
-    for (std::size_t position = 0; position < seen->size(); ++position) {
-      if ((*seen)[position].answers && !known[position]) strangers.push_back(static_cast<std::uint16_t>(position));
-    }
-    const auto ids = identify_newcomers(strangers);
-    if (!ids) return tl::unexpected(ids.error());
-    for (std::size_t i = 0; i < strangers.size(); ++i) (*seen)[strangers[i]].device_id = (*ids)[i];
+  if (!wanted) return {};
+  std::vector<std::uint16_t> strangers;
+  for (std::size_t position = 0; position < line.seen.size(); ++position) {
+    if (line.seen[position].answers && !line.known[position]) strangers.push_back(static_cast<std::uint16_t>(position));
   }
-  std::vector<Readdressed> moved;
-  const auto give_address = [&](std::size_t position, std::size_t slave) -> Result<void> {
-    // The same fault may also have write-protected the slave.
-    if (moved.empty()) {
-      if (auto done = lift_write_protection(bus_, std::nullopt); !done) return done;
-    }
-    known[position] = slave;
-    present[slave] = true;
-    unproven_[slave] = true;
-    moved.push_back({static_cast<std::uint16_t>(slave), (*seen)[position].station});
-    const auto address = bytes::to_le_bytes(refs_[slave].station);
-    return bus_.write_at_position(static_cast<std::uint16_t>(position), wire::reg::kStationAddress.address, address);
-  };
-  std::size_t reached = 0;
-  for (std::size_t position = 0; position < seen->size(); ++position) {
-    const auto& one = (*seen)[position];
-    if (!one.answers) continue;
-    reached = position + 1;
-    if (known[position]) continue;
-    for (std::size_t i = 0; i < slaves_.size(); ++i) {
-      if (present[i] || !hot(i) || slaves_[i].plan.behind) continue;
-      const auto alias = slaves_[i].plan.alias.value_or(slaves_[i].info.alias);
+  const auto guests = assign_temporary_addresses(strangers);
+  if (!guests) return tl::unexpected(guests.error());
+  const auto ids = read_device_ids(line_.bus, *guests);
+  if (!ids) return tl::unexpected(ids.error());
+  for (std::size_t i = 0; i < strangers.size(); ++i) line.seen[strangers[i]].device_id = (*ids)[i];
+  return {};
+}
+
+/// Hot-connect slaves, by their alias or device ID.
+std::vector<Newcomers::Place> Newcomers::find_roaming(const Survey& line) const {
+  std::vector<Place> found;
+  std::vector<bool> taken = line.present;
+  for (std::size_t position = 0; position < line.reached; ++position) {
+    const auto& one = line.seen[position];
+    if (!one.answers || line.known[position]) continue;
+    for (std::size_t i = 0; i < line_.slaves.size(); ++i) {
+      const auto& slave = line_.slaves[i];
+      if (taken[i] || !slave.plan.hot_connect || slave.plan.behind) continue;
+      const auto alias = slave.plan.alias.value_or(slave.info.alias);
       const bool match =
-          (one.alias != 0 && alias == one.alias) || (one.device_id && slaves_[i].plan.device_id == one.device_id);
+          (one.alias != 0 && alias == one.alias) || (one.device_id && slave.plan.device_id == one.device_id);
       if (!match) continue;
-      if (auto done = give_address(position, i); !done) return tl::unexpected(done.error());
+      taken[i] = true;
+      found.emplace_back(position, i);
       break;
     }
   }
-  // Members of a hot-connect group follow their head.
-  for (std::size_t i = 0; i < slaves_.size(); ++i) {
-    const auto& behind = slaves_[i].plan.behind;
-    if (present[i] || !behind) continue;
-    const auto head = std::find(known.begin(), known.end(), position_of(behind->head));
-    if (head == known.end() || !*head) continue;
-    const auto position = static_cast<std::size_t>(head - known.begin()) + behind->distance;
-    if (position >= reached || !(*seen)[position].answers || known[position]) continue;
-    if (auto done = give_address(position, i); !done) return tl::unexpected(done.error());
-  }
-  // Slaves behind the break of a ring cannot be reached by position.
-  const auto placed = place_by_wiring(std::span(known).first(reached));
-  if (!placed) return tl::unexpected(placed.error());
-  for (const auto& [position, slave] : *placed) {
-    if (auto done = give_address(position, slave); !done) return tl::unexpected(done.error());
-  }
-  return moved;
+  return found;
 }
 
-/// Device IDs of slaves without a station address of this master.
-Result<std::vector<std::optional<std::uint16_t>>> Master::identify_newcomers(std::span<const std::uint16_t> positions) {
-  const auto guests = assign_temporary_addresses(positions);
-  if (!guests) return tl::unexpected(guests.error());
-  return read_device_ids(bus_, *guests);
+/// Members of a hot-connect group, which follow their head.
+std::vector<Newcomers::Place> Newcomers::find_behind_heads(const Survey& line) const {
+  const auto& plans = line_.comparison.plan_of_slave;
+  std::vector<Place> found;
+  auto known = line.known;
+  for (std::size_t i = 0; i < line_.slaves.size(); ++i) {
+    const auto& behind = line_.slaves[i].plan.behind;
+    if (line.present[i] || !behind) continue;
+    const auto plan = std::find(plans.begin(), plans.end(), std::optional(behind->head));
+    if (plan == plans.end()) continue;
+    const auto head =
+        std::find(known.begin(), known.end(), std::optional(static_cast<std::size_t>(plan - plans.begin())));
+    if (head == known.end()) continue;
+    const auto position = static_cast<std::size_t>(head - known.begin()) + behind->distance;
+    if (position >= line.reached || !line.seen[position].answers || known[position]) continue;
+    known[position] = i;
+    found.emplace_back(position, i);
+  }
+  return found;
+}
+
+Result<void> Newcomers::give_addresses(std::span<const Place> places, Survey& line) {
+  for (const auto& [position, slave] : places) {
+    // The same fault may also have write-protected the slave.
+    if (line.moved.empty()) {
+      if (auto done = lift_write_protection(line_.bus, std::nullopt); !done) return done;
+    }
+    line.known[position] = slave;
+    line.present[slave] = true;
+    unproven_[slave] = true;
+    line.moved.push_back({static_cast<std::uint16_t>(slave), line.seen[position].station});
+    const auto address = bytes::to_le_bytes(line_.refs[slave].station);
+    const auto done =
+        line_.bus.write_at_position(static_cast<std::uint16_t>(position), wire::reg::kStationAddress.address, address);
+    if (!done) return done;
+  }
+  return {};
 }
 
 }  // namespace driveline::ecat_master

@@ -22,7 +22,7 @@
 
 namespace driveline::ecat_master {
 
-struct PlaceClaim;
+class Newcomers;
 
 /// The master of a line, from the first frame until the slaves are back in INIT. Call the steps in this order, each at
 /// most once unless it failed:
@@ -214,15 +214,6 @@ class Master {
   void add_absent(std::size_t number, SlavePlan plan);
   [[nodiscard]] std::vector<SlaveRef> reachable() const;
   [[nodiscard]] Result<void> check_joining_slave(std::size_t slave);
-  [[nodiscard]] Result<std::vector<std::optional<std::uint16_t>>> identify_newcomers(
-      std::span<const std::uint16_t> positions);
-  /// Pairs of position and slave for new slaves that are identified by the wiring or their serial numbers.
-  [[nodiscard]] Result<std::vector<std::pair<std::size_t, std::size_t>>> place_by_wiring(
-      std::span<const std::optional<std::size_t>> known);
-  [[nodiscard]] Result<void> settle_claims(std::span<const PlaceClaim> claims,
-                                           std::vector<std::pair<std::size_t, std::size_t>>& placed);
-  [[nodiscard]] Result<std::vector<SlaveRef>> assign_temporary_addresses(std::span<const std::uint16_t> positions);
-  [[nodiscard]] Result<std::vector<std::uint32_t>> serials_of_newcomers(std::span<const std::uint16_t> positions);
   [[nodiscard]] Result<void> refuse(std::size_t slave, const Error& error);
   [[nodiscard]] Result<void> learn_facts();
   [[nodiscard]] Result<void> restore_registers(std::size_t slave);
@@ -259,9 +250,8 @@ class Master {
   CycleMailboxStatus mailbox_status_{*this};
   std::vector<ConfiguredSlave> slaves_;
   std::vector<SlaveRef> refs_;
-  std::vector<std::optional<Error>> unplaced_;  ///< why a slave that may have returned has no address
-  std::vector<bool> unproven_;                  ///< got its address by its position; identity not checked yet
-  std::vector<ControllerFacts> facts_;          ///< by position
+  std::unique_ptr<Newcomers> newcomers_;  ///< null: no cycle has been started
+  std::vector<ControllerFacts> facts_;    ///< by position
   Topology topology_;
   LineComparison comparison_;
   StartupNotes startup_notes_;
