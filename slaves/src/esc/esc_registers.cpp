@@ -9,10 +9,8 @@ namespace driveline::slaves {
 
 namespace reg = wire::reg;
 
-namespace {
-
 /// Register blocks with side effects, ascending. A write is split at their boundaries.
-enum class Block : std::uint8_t {
+enum class RegisterBlock : std::uint8_t {
   kPlain,
   kStationAddress,
   kWriteProtection,
@@ -30,6 +28,10 @@ enum class Block : std::uint8_t {
   kClock,
   kUserRam,
 };
+
+namespace {
+
+using Block = RegisterBlock;
 
 struct BlockRange {
   std::uint32_t begin;
@@ -144,62 +146,67 @@ bool Esc::write_registers(std::size_t address, std::span<const std::byte> data, 
     if (block == Block::kWriteProtection) {
       any |= write_protection(address, part);
     } else if (write_allowed(address)) {
-      switch (block) {
-        case Block::kWriteProtection:
-          break;
-        case Block::kStationAddress:
-          any |= write_plain(address, part, kEcatAccess);
-          refresh_addressing();
-          break;
-        case Block::kReset:
-          any |= write_reset(part[0], reset_ecat_, reg::kResetEcat);
-          break;
-        case Block::kDlControl:
-          any |= write_dl_control(address, part, now);
-          break;
-        case Block::kAlControl:
-          any |= write_al_control(address, part, now);
-          break;
-        case Block::kEventMask:
-          any |= write_plain(address, part, kEcatAccess);
-          events_.refresh();
-          break;
-        case Block::kErrorCounters:
-          any |= write_error_counters(address, length);
-          break;
-        case Block::kWatchdogSettings:
-          any |= write_plain(address, part, kEcatAccess);
-          watchdog_.configure();
-          break;
-        case Block::kWatchdogCounters:
-          watchdog_.clear_counters();
-          any = true;
-          break;
-        case Block::kSii:
-          any |= sii_.write_registers(Side::kEcat, address, part, now);
-          break;
-        case Block::kMii:
-          break;  // owned by the PDI
-        case Block::kFmmu:
-          any |= fmmus_.write_registers(address, part);
-          break;
-        case Block::kSyncManager:
-          any |= sync_managers_.write_registers(address, part);
-          break;
-        case Block::kClock:
-          any |= clock_.write_registers(Side::kEcat, address, part, now);
-          break;
-        case Block::kPlain:
-        case Block::kUserRam:
-          any |= write_plain(address, part, kEcatAccess);
-          sync_managers_.register_written(address, length, now);
-          break;
-      }
+      any |= write_block(block, address, part, now);
     }
     address += length;
     data = data.subspan(length);
   }
   return any;
+}
+
+/// Writes a part that lies within one block; returns whether a register took data.
+bool Esc::write_block(RegisterBlock block, std::size_t address, std::span<const std::byte> part,
+                      Nanoseconds now) noexcept {
+  switch (block) {
+    case Block::kReset:
+      return write_reset(part[0], reset_ecat_, reg::kResetEcat);
+    case Block::kDlControl:
+      return write_dl_control(address, part, now);
+    case Block::kAlControl:
+      return write_al_control(address, part, now);
+    case Block::kErrorCounters:
+      return write_error_counters(address, part.size());
+    case Block::kWatchdogCounters:
+      watchdog_.clear_counters();
+      return true;
+    case Block::kSii:
+      return sii_.write_registers(Side::kEcat, address, part, now);
+    case Block::kFmmu:
+      return fmmus_.write_registers(address, part);
+    case Block::kSyncManager:
+      return sync_managers_.write_registers(address, part);
+    case Block::kClock:
+      return clock_.write_registers(Side::kEcat, address, part, now);
+    case Block::kWriteProtection:  // write_registers()
+    case Block::kMii:              // owned by the PDI
+      return false;
+    case Block::kStationAddress:
+    case Block::kEventMask:
+    case Block::kWatchdogSettings:
+    case Block::kPlain:
+    case Block::kUserRam:
+      break;
+  }
+  const bool any = write_plain(address, part, kEcatAccess);
+  plain_written(block, address, part.size(), now);
+  return any;
+}
+
+/// Lets the units of the controller use registers that have been written without side effects.
+void Esc::plain_written(RegisterBlock block, std::size_t address, std::size_t length, Nanoseconds now) noexcept {
+  switch (block) {
+    case Block::kStationAddress:
+      return refresh_addressing();
+    case Block::kEventMask:
+      return events_.refresh();
+    case Block::kWatchdogSettings:
+      return watchdog_.configure();
+    case Block::kPlain:
+    case Block::kUserRam:
+      return sync_managers_.register_written(address, length, now);
+    default:
+      return;
+  }
 }
 
 bool Esc::write_plain(std::size_t address, std::span<const std::byte> data, const RegisterAccessMap& access) noexcept {

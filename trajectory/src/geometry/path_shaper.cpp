@@ -219,6 +219,25 @@ std::vector<PathEvent> PathShaper::take_events_of_corner(double cut, double corn
   return taken;
 }
 
+/// Shapes the corner between the stored move and `pieces`, and cuts both for it.
+tl::expected<PathShaper::Corner, PathMoveError> PathShaper::join(std::vector<PathPiece>& pieces) {
+  Corner corner;
+  if (last_.empty()) return corner;
+  const auto joint = joint_of(last_.back(), pieces.front());
+  corner.stops = dwells_ || (!joint.is_smooth && !(tolerance_ > 0.0));
+  if (joint.is_smooth || corner.stops) return corner;
+  // Half of each piece is reserved for the corner at its other end.
+  const double half = pieces.front().length() / 2.0;
+  auto rounded = blend(last_.back(), pieces.front(), joint, tolerance_, std::min(last_half_, half));
+  if (!rounded) return tl::unexpected(std::move(rounded.error()));
+  if (auto possible = checked(rounded->pieces); !possible) return tl::unexpected(std::move(possible.error()));
+  last_.back() = last_.back().part(0.0, last_.back().length() - rounded->cut);
+  pieces.front() = pieces.front().part(rounded->cut, pieces.front().length());
+  corner.cut = rounded->cut;
+  corner.pieces = std::move(rounded->pieces);
+  return corner;
+}
+
 tl::expected<void, PathMoveError> PathShaper::add(const PathMove& move, std::vector<ShapedPiece>& out) {
   if (auto checked = check_move(move, axes_); !checked) return checked;
   auto pieces = shaped(move);
@@ -235,28 +254,14 @@ tl::expected<void, PathMoveError> PathShaper::add(const PathMove& move, std::vec
     return {};
   }
   if (auto possible = checked(*pieces); !possible) return possible;
-  const double half = pieces->front().length() / 2.0;
   const double end_half = pieces->back().length() / 2.0;
-  bool stops = false;
-  Blend corner;
-  if (!last_.empty()) {
-    const auto joint = joint_of(last_.back(), pieces->front());
-    stops = dwells_ || (!joint.is_smooth && !(tolerance_ > 0.0));
-    if (!joint.is_smooth && !stops) {
-      // Half of each piece is reserved for the corner at its other end.
-      auto found = blend(last_.back(), pieces->front(), joint, tolerance_, std::min(last_half_, half));
-      if (!found) return tl::unexpected(std::move(found.error()));
-      if (auto possible = checked(found->pieces); !possible) return possible;
-      corner = std::move(*found);
-      last_.back() = last_.back().part(0.0, last_.back().length() - corner.cut);
-      pieces->front() = pieces->front().part(corner.cut, pieces->front().length());
-    }
-  }
-  const auto on_corner = take_events_of_corner(corner.cut, length_of(corner.pieces), *events);
+  const auto corner = join(*pieces);
+  if (!corner) return tl::unexpected(corner.error());
+  const auto on_corner = take_events_of_corner(corner->cut, length_of(corner->pieces), *events);
   // Events that waited for the first move come before it.
   if (last_.empty()) events->insert(events->begin(), events_.begin(), events_.end());
-  hand_over(out, stops);
-  put_pieces(corner.pieces, std::min(feed_, move.feed), number, on_corner, out);
+  hand_over(out, corner->stops);
+  put_pieces(corner->pieces, std::min(feed_, move.feed), number, on_corner, out);
   events_ = std::move(*events);
   dwells_ = move.dwell_s > 0.0;
   target_ = move.kind == PathMove::Kind::kSpline ? move.points.back() : move.target;

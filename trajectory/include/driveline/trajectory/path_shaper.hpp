@@ -50,7 +50,15 @@ class PathShaper {
   [[nodiscard]] const GroupVector& target() const noexcept { return target_; }
 
  private:
+  /// Between the move held back and the next one.
+  struct Corner {
+    double cut = 0.0;               ///< length cut from both moves
+    std::vector<PathPiece> pieces;  ///< in place of what was cut
+    bool stops = false;             ///< the axes stop there
+  };
+
   [[nodiscard]] tl::expected<std::vector<PathPiece>, PathMoveError> shaped(const PathMove& move) const;
+  [[nodiscard]] tl::expected<Corner, PathMoveError> join(std::vector<PathPiece>& pieces);
   void hand_over(std::vector<ShapedPiece>& out, bool stops);
   void add_without_way(const PathMove& move);
   [[nodiscard]] std::vector<PathEvent> take_events_of_corner(double cut, double corner, std::vector<PathEvent>& behind);

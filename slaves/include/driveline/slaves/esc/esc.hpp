@@ -35,6 +35,8 @@ struct EscOptions {
   ClockOptions clock;                   ///< oscillator and time stamps of the DC unit
 };
 
+enum class RegisterBlock : std::uint8_t;
+
 /// An EtherCAT slave controller of the ET1100 class (ETG.1000.4): registers, process RAM and units. One side is
 /// accessed by the datagrams of passing frames, the other by the slave's application over the process data interface
 /// (PDI). It has neither thread nor clock: the caller passes the time.
@@ -176,6 +178,8 @@ class Esc {
   bool write_ram(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
   bool read_registers(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept;
   bool write_registers(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
+  bool write_block(RegisterBlock block, std::size_t address, std::span<const std::byte> part, Nanoseconds now) noexcept;
+  void plain_written(RegisterBlock block, std::size_t address, std::size_t length, Nanoseconds now) noexcept;
   bool write_plain(std::size_t address, std::span<const std::byte> data, const RegisterAccessMap& access) noexcept;
   bool write_protection(std::size_t address, std::span<const std::byte> data) noexcept;
   bool write_al_control(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
