@@ -6,11 +6,6 @@
 #include "driveline/trajectory/contour_settings.hpp"
 
 namespace driveline::motion {
-namespace {
-
-constexpr std::size_t kRequestsPerCycle = 4;
-
-}  // namespace
 
 void AxisGroup::finish(std::uint64_t& id, RequestPhase phase, GroupError error, std::size_t axis) noexcept {
   table_.set(id, {phase, error, axis});
@@ -22,30 +17,6 @@ void AxisGroup::begin(std::uint64_t& place, std::uint64_t id) noexcept {
   finish(place, RequestPhase::kAborted);
   place = id;
   table_.set(id, {RequestPhase::kActive, GroupError::kNone, 0});
-}
-
-/// Takes all stops, in the order of their numbers: they cost no planning.
-void AxisGroup::take_stops() noexcept {
-  stops_.take_all([this](std::size_t, const GroupStopLane::Stop& stop, bool) noexcept { take(stop.id, stop.request); });
-}
-
-void AxisGroup::take_requests() noexcept {
-  NumberedGroupRequest request;
-  for (std::size_t i = 0; i < kRequestsPerCycle && requests_.try_pop(request); ++i) {
-    if (!overtaken(request)) take(request.id, request.request);
-    ++taken_now_;
-  }
-}
-
-/// Ends a queued request that a later stop has overtaken, and would have ended in the order of the requests.
-bool AxisGroup::overtaken(const NumberedGroupRequest& request) noexcept {
-  const auto command = request.request.command;
-  const auto weakest = ended_by(command);
-  if (!weakest || request.id > stops_.taken_from(0, *weakest)) return false;
-  // The release of an earlier stop must not release this one; it has been done all the same.
-  const bool release = command == GroupCommand::kReleaseStop;
-  table_.set(request.id, {release ? RequestPhase::kDone : RequestPhase::kAborted, GroupError::kNone, 0});
-  return true;
 }
 
 GroupError AxisGroup::refusal(const GroupRequest& request) const noexcept {
@@ -65,7 +36,7 @@ GroupError AxisGroup::refusal_by_state(GroupCommand command) const noexcept {
   if (command == GroupCommand::kEnable) return releasing_ ? GroupError::kAxisMoves : GroupError::kNone;
   if (command == GroupCommand::kDisable) return GroupError::kNone;
   if (!leads()) return GroupError::kNotEnabled;
-  const bool follows = path_ != nullptr && !ending_;
+  const bool follows = followed_.there() && !ending_;
   switch (command) {
     case GroupCommand::kReleaseStop:
       return state_ == GroupState::kStopping ? GroupError::kNone : GroupError::kNothingToDo;
@@ -96,25 +67,25 @@ void AxisGroup::take(std::uint64_t id, const GroupRequest& request) noexcept {
       release_stop();
       break;
     case GroupCommand::kHalt:
-      begin(halt_request_, id);
+      begin(pending_.halt, id);
       return end_path(id, GroupError::kNone, 0);
     case GroupCommand::kInterrupt:
       interrupted_ = true;
       set_hold();
-      return begin(interrupt_request_, id);
+      return begin(pending_.interrupt, id);
     case GroupCommand::kContinue:
       interrupted_ = false;
       set_hold();
-      finish(interrupt_request_, RequestPhase::kAborted);
+      finish(pending_.interrupt, RequestPhase::kAborted);
       break;
     case GroupCommand::kSetOverride:
       override_ = request.value;
-      if (path_ != nullptr) path_->set_override(override_);
+      if (followed_.there()) followed_.path().set_override(override_);
       break;
     case GroupCommand::kReverse:
     case GroupCommand::kForward:
       backwards_ = request.command == GroupCommand::kReverse;
-      path_->reverse(backwards_);
+      followed_.path().reverse(backwards_);
       if (state_ == GroupState::kStandby) state_ = GroupState::kMoving;
       break;
   }
@@ -152,7 +123,7 @@ void AxisGroup::take_enable(std::uint64_t id) noexcept {
   ending_ = false;
   interrupted_ = false;
   backwards_ = false;
-  begin(enable_request_, id);
+  begin(pending_.enable, id);
 }
 
 /// Releases the first `places` axes, which already follow.
@@ -162,15 +133,15 @@ void AxisGroup::let_go(std::size_t places) noexcept {
 
 void AxisGroup::take_disable(std::uint64_t id) noexcept {
   if (state_ == GroupState::kDisabled) return finish(id, RequestPhase::kDone);
-  begin(disable_request_, id);
+  begin(pending_.disable, id);
   if (!releasing_) end_path(id, GroupError::kNone, 0);
 }
 
 void AxisGroup::take_stop(std::uint64_t id) noexcept {
-  begin(stop_request_, id);
-  finish(halt_request_, RequestPhase::kAborted);
-  finish(disable_request_, RequestPhase::kAborted);
-  finish(interrupt_request_, RequestPhase::kAborted);
+  begin(pending_.stop, id);
+  finish(pending_.halt, RequestPhase::kAborted);
+  finish(pending_.disable, RequestPhase::kAborted);
+  finish(pending_.interrupt, RequestPhase::kAborted);
   state_ = GroupState::kStopping;
   end_path(id, GroupError::kNone, 0);
 }
@@ -183,12 +154,12 @@ void AxisGroup::release_stop() noexcept {
 void AxisGroup::take_reset(std::uint64_t id) noexcept {
   if (state_ != GroupState::kErrorStop) return finish(id, RequestPhase::kDone);
   std::fill(reset_requests_.begin(), reset_requests_.end(), 0);
-  begin(reset_request_, id);
+  begin(pending_.reset, id);
 }
 
 /// Resets the failed axes once all axes have been released.
 void AxisGroup::judge_reset() noexcept {
-  if (reset_request_ == 0 || joined_ > 0 || ending_) return;
+  if (pending_.reset == 0 || joined_ > 0 || ending_) return;
   bool waits = false;
   for (std::size_t i = 0; i < members_.size(); ++i) {
     if (axes_.axis(members_[i]).state() != PlcopenState::kErrorStop) continue;
@@ -197,16 +168,13 @@ void AxisGroup::judge_reset() noexcept {
     if (request == 0) {
       request = axes_.submit_in_cycle(members_[i], {.command = AxisCommand::kReset});
     } else if (axes_.report(request).over()) {
-      return finish(reset_request_, RequestPhase::kError, GroupError::kResetFailed, members_[i]);
+      return finish(pending_.reset, RequestPhase::kError, GroupError::kResetFailed, members_[i]);
     }
   }
   if (waits) return;
   state_ = GroupState::kDisabled;
-  error_ = GroupError::kNone;
-  failed_axis_ = 0;
-  axis_error_ = AxisError::kNone;
-  error_code_ = 0;
-  finish(reset_request_, RequestPhase::kDone);
+  failure_ = {};
+  finish(pending_.reset, RequestPhase::kDone);
 }
 
 /// Handles a request to a led axis: the axis does not move on its own, but stops together with the group.
@@ -250,7 +218,7 @@ void AxisGroup::stop_for(std::size_t place, std::uint64_t request, const AxisReq
   axes_.finish_in_cycle(request, {RequestPhase::kActive, AxisError::kNone});
   if (state_ == GroupState::kErrorStop) return;
   if (asked.command == AxisCommand::kStop) state_ = GroupState::kStopping;
-  finish(interrupt_request_, RequestPhase::kAborted);
+  finish(pending_.interrupt, RequestPhase::kAborted);
   end_path(table_.next(), GroupError::kAxisAsked, members_[place]);
 }
 

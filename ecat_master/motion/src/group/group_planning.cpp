@@ -34,7 +34,7 @@ void GroupPlanning::plan() {
     if (!ready_for(waiting_.front()) || !add_next()) return;
   }
   // The announced move has not come. The cycle keeps counting until it has seen the move that was added last.
-  const auto at_end = group_.cycles_at_end();
+  const auto at_end = group_.paths().cycles_at_end();
   if (at_end < at_end_when_added_) at_end_when_added_ = 0;
   if (path_ != nullptr && open_ && waiting_.empty() && at_end > at_end_when_added_ + grace_cycles_) {
     close_path();
@@ -43,14 +43,14 @@ void GroupPlanning::plan() {
 }
 
 void GroupPlanning::leave_ended_path() {
-  if (path_ == nullptr || path_->epoch() > group_.ended_epoch()) return;
+  if (path_ == nullptr || path_->epoch() > group_.paths().ended_epoch()) return;
   path_ = nullptr;
   open_ = false;
   closing_ = false;
 }
 
 void GroupPlanning::take_paths_back() {
-  while (auto* const back = group_.take_back()) {
+  while (auto* const back = group_.paths().take_back()) {
     back->unsettled([this](std::uint64_t request) {
       table_.set(request, {RequestPhase::kAborted, GroupError::kNone, 0});
     });
@@ -60,7 +60,7 @@ void GroupPlanning::take_paths_back() {
 }
 
 void GroupPlanning::drop_aborted() {
-  const auto below = group_.dropped_below();
+  const auto below = group_.paths().dropped_below();
   while (!waiting_.empty() && waiting_.front().id < below) {
     table_.set(waiting_.front().id, {RequestPhase::kAborted, GroupError::kNone, 0});
     waiting_.pop_front();
@@ -92,7 +92,7 @@ bool GroupPlanning::refuse_by_state() {
 /// Whether there is a path to which the move can be added.
 bool GroupPlanning::ready_for(const QueuedMove& next) {
   if (path_ != nullptr && next.move.buffer == GroupBuffer::kAborting && !path_->idle()) {
-    group_.abort_for(next.id);
+    group_.paths().abort_for(next.id);
     return false;
   }
   if (path_ != nullptr) return path_->has_room();
@@ -102,7 +102,7 @@ bool GroupPlanning::ready_for(const QueuedMove& next) {
 /// Starts a path where the axes have come to rest.
 bool GroupPlanning::begin_path() {
   const auto& standing = group_.standing();
-  if (standing.epoch <= std::max(used_epoch_, group_.ended_epoch())) return false;
+  if (standing.epoch <= std::max(used_epoch_, group_.paths().ended_epoch())) return false;
   try {
     paths_.push_back(make_path_(standing));
   } catch (const std::invalid_argument& error) {
@@ -113,7 +113,7 @@ bool GroupPlanning::begin_path() {
   used_epoch_ = standing.epoch;
   open_ = false;
   closing_ = false;
-  group_.offer(path_);
+  group_.paths().offer(path_);
   return true;
 }
 
@@ -129,7 +129,7 @@ bool GroupPlanning::add_next() {
   path_->note(waiting_.front().id);
   waiting_.pop_front();
   open_ = true;
-  at_end_when_added_ = group_.cycles_at_end();
+  at_end_when_added_ = group_.paths().cycles_at_end();
   if (!move.continues) close_path();
   return hand_over();
 }

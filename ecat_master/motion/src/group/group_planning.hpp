@@ -67,7 +67,7 @@ class GroupPlanning {
   GroupPath* path_ = nullptr;                      ///< null: the next move starts a path
   std::uint64_t used_epoch_ = 0;                   ///< epoch of the last path
   bool open_ = false;                              ///< the path waits for another move
-  std::uint64_t at_end_when_added_ = 0;            ///< AxisGroup::cycles_at_end() when the last move was added
+  std::uint64_t at_end_when_added_ = 0;            ///< PathExchange::cycles_at_end() when the last move was added
   bool closing_ = false;                           ///< the path is finished, but not completely handed over
 };
 
