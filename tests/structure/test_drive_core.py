@@ -54,9 +54,43 @@ def foreign(root, folders):
     return errors
 
 
+# What belongs to the drive profile CiA 402: its words, modes and setpoint objects.
+PROFILE = re.compile(r"\b(?:control_word::|status_word::|OperationMode|ModeControl|Cia402Profile|factor_group|"
+                     r"kValue\.(?:control_word|status_word|mode|mode_display|target_\w+|interpolation_data|"
+                     r"velocity_offset|torque_offset|touch_probe_function|touch_probe_variant|quick_stop_option|polarity)\b)")
+
+
+def profile_outside(root):
+    """'file:line' of everything in the core that names a profile, apart from its folder, the door to it, and the tables
+    of values, which are the drive's."""
+    errors = []
+    for folder in CORE:
+        for path in sorted((root / folder).rglob("*.[ch]pp")):
+            parts = path.relative_to(root / folder)
+            if parts.parts[0] in ("cia402", "profile") or parts.name.startswith("table_"):
+                continue
+            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+                if PROFILE.search(line.split("//")[0]):
+                    errors.append(f"{path.relative_to(root)}:{number}")
+    return errors
+
+
 class DriveCore(unittest.TestCase):
     def test_the_core_knows_no_ethercat(self):
         self.assertEqual(foreign(ROOT, CORE), [])
+
+    def test_the_core_names_a_profile_only_in_its_folder(self):
+        self.assertEqual(profile_outside(ROOT), [])
+
+    def test_a_profile_that_is_named_elsewhere_is_found(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder)
+            for name in CORE:
+                (root / name / "cia402").mkdir(parents=True)
+            (root / CORE[1] / "display.cpp").write_text("int a;\nreturn status_word::kWarning;  // OperationMode\n",
+                                                        encoding="utf-8")
+            (root / CORE[1] / "cia402/profile.cpp").write_text("OperationMode mode;\n", encoding="utf-8")
+            self.assertEqual(profile_outside(root), [f"{CORE[1]}/display.cpp:2"])
 
     def test_the_dictionary_knows_no_ethercat(self):
         self.assertEqual(foreign(ROOT, DICTIONARY), [])

@@ -1,9 +1,16 @@
 #include "driveline/slaves/msd/core/actual_values.hpp"
 
+#include <numbers>
+
 #include "driveline/slaves/msd/core/drive_values.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
+
+/// Returns a torque in per mille of the rated torque, the unit of 6074h and 6077h.
+std::int16_t torque_permille(double torque_nm, const DriveMotion& motion) noexcept {
+  return saturate<std::int16_t>(1000.0 * torque_nm / motion.settings().rated_torque_nm);
+}
 
 /// P 412-P 419: the values of the profile's objects, in units of the motor.
 void publish_motor_values(const DriveMotion& motion, ObjectDictionary& dictionary) noexcept {
@@ -72,7 +79,7 @@ void ActualValues::publish(ValueGroups groups, const DriveMotion& motion, Object
     dictionary.set(kValue.velocity_actual, saturate<std::int32_t>(motion.velocity()));
   }
   if (groups.has(ValueGroup::kTorque)) {
-    dictionary.set(kValue.torque_actual, saturate<std::int16_t>(motion.torque_permille()));
+    dictionary.set(kValue.torque_actual, torque_permille(motion.torque_nm(), motion));
   }
   constexpr auto kUsual = ValueGroups(ValueGroup::kPosition)
                               .with(ValueGroup::kPositionDemand)
@@ -89,11 +96,13 @@ void ActualValues::publish_unusual(ValueGroups groups, const DriveMotion& motion
   }
   if (groups.has(ValueGroup::kCurrent)) {
     // Sign of the torque, amplitude of both currents: with saturated iron or d current it exceeds that of the torque.
-    const auto torque = saturate<std::int16_t>(motion.torque_permille());
-    dictionary.set(kValue.current_actual, saturate<std::int16_t>(std::copysign(motion.current_permille(), torque)));
+    const auto torque = torque_permille(motion.torque_nm(), motion);
+    const double permille =
+        1000.0 * motion.motor().current_a() / (std::numbers::sqrt2 * motion.settings().rated_current_a);
+    dictionary.set(kValue.current_actual, saturate<std::int16_t>(std::copysign(permille, torque)));
   }
   if (groups.has(ValueGroup::kTorqueDemand)) {
-    dictionary.set(kValue.torque_demand, saturate<std::int16_t>(motion.torque_demand_permille()));
+    dictionary.set(kValue.torque_demand, torque_permille(motion.torque_demand_nm(), motion));
   }
   if (groups.has(ValueGroup::kMotor)) publish_motor_values(motion, dictionary);
 }

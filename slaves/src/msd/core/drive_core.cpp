@@ -34,7 +34,6 @@ void DriveCore::restart() {
   terminals_.clear_outputs();
   protection_.reset();
   probe_ = {};
-  last_control_word_ = 0;
   start_left_ = store_.take_start_up_time();
   display_.restart(running_time());
   initialise_control_ = true;
@@ -51,10 +50,11 @@ void DriveCore::apply_settings() noexcept {
   settings_changed_ = false;
   const bool initialise = std::exchange(initialise_control_, false);
   const ServoMotor& motor = motion_.motor();
-  const Scaling scaling =
-      initialise ? Scaling::from(dictionary_, motor.parameters().encoder_increments) : motion_.settings().scaling;
+  const Scaling scaling = initialise ? control_.profile().initialise_units(motor.parameters().encoder_increments)
+                                     : motion_.settings().scaling;
   follow_motor_data(dictionary_);
   motion_.configure(motion_settings(dictionary_, motor, variant(), scaling));
+  control_.prepare_setpoints();  // in the units that are in effect now
   terminals_.configure(dictionary_);
   protection_.configure();
 }
@@ -131,7 +131,7 @@ void DriveCore::step() noexcept {
 void DriveCore::order_axis(bool process_data) noexcept {
   if (process_data) step_control();
   if (control_.step_homing(homing_time_out_)) raise(Fault::kHoming);
-  control_touch_probe();
+  control_.profile().control(probe_);
   control_.follow_brake(running_time());
   brake_closed_ = control_.brake().closed(running_time());
 }
@@ -150,13 +150,11 @@ void DriveCore::move_axis() noexcept {
 /// which rest. Called after a process data cycle, which has applied all that was written before.
 bool DriveCore::nothing_can_change() const noexcept {
   return control_.steady(protection_.dc_link_present(), running_time()) && terminals_.outputs_rest() &&
-         probe_.rests(static_cast<TouchProbe::Variant>(dictionary_.get(kValue.touch_probe_variant)),
-                      dictionary_.get(kValue.touch_probe_function));
+         control_.profile().rests(probe_);
 }
 
 DriveCore::Commands DriveCore::commands() const noexcept {
-  return {dictionary_.get(kValue.control_word), dictionary_.get(kValue.mode),
-          dictionary_.get(kValue.touch_probe_function), dictionary_.get(kValue.physical_outputs)};
+  return {control_.profile().commands(), dictionary_.get(kValue.physical_outputs)};
 }
 
 /// Runs device control after the end of the self-test.
@@ -176,16 +174,9 @@ void DriveCore::step_control() noexcept {
   control_.order(running_time());
 }
 
-/// Called before the events of a control cycle, so that its edges find the armed latches.
-void DriveCore::control_touch_probe() noexcept {
-  const auto variant = static_cast<TouchProbe::Variant>(dictionary_.get(kValue.touch_probe_variant));
-  probe_.control(variant, dictionary_.get(kValue.touch_probe_function));
-}
-
 void DriveCore::step_outputs() noexcept {
   terminals_.step_outputs({dictionary_.get(kValue.physical_outputs), dictionary_.get(kValue.output_mask),
-                           control_.brake().open(), (status() & status_word::kInternalLimit) != 0,
-                           clock_.millisecond()});
+                           control_.brake().open(), control_.profile().shows_limit(), clock_.millisecond()});
 }
 
 /// Resets commands after execution: 200Bh sub 1 becomes 0 when the data have been saved (MSD manual 7.5.3).
@@ -193,16 +184,11 @@ void DriveCore::finish_saving() noexcept {
   if (store_.finishes(kProcessDataPeriod)) dictionary_.set(kValue.save_parameters, std::uint8_t{0});
 }
 
-std::uint16_t DriveCore::status() const noexcept {
-  return dictionary_.get(kValue.status_word);
-}
-
 void DriveCore::publish() noexcept {
   if (!states_shown_) publish_states();
   const bool stopped_by_it = state() >= PowerState::kFaultReactionActive && fault() == Fault::kFollowingError;
-  const unsigned moving =
-      control_.motion_bits({protection_.warnings() != 0, monitor_.following_error() || stopped_by_it});
-  dictionary_.set(kValue.status_word, static_cast<std::uint16_t>(state_bits_ | moving));
+  control_.profile().publish_motion({protection_.warnings() != 0, monitor_.following_error() || stopped_by_it},
+                                    motion_);
   const ValueGroups now = all_read_ ? ValueGroups::all() : sent_;
   waiting_ = ValueGroups::all().without(now);
   publish_groups(now);
@@ -212,9 +198,8 @@ void DriveCore::publish() noexcept {
 /// Publishes what remains while the drive is quiet. The state of the network is published when it changes, too.
 void DriveCore::publish_states() noexcept {
   states_shown_ = quiet_;
-  state_bits_ = control_.state_bits(protection_.dc_link_present());
+  control_.profile().publish_state(protection_.dc_link_present());
   dictionary_.set(kValue.nmt_state, static_cast<std::uint8_t>(starting() ? NetworkState::kBootUp : network_state_));
-  dictionary_.set(kValue.mode_display, static_cast<std::int8_t>(control_.mode()));
   display_.follow(shown_state(), running_time());
 }
 

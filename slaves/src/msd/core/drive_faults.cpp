@@ -2,7 +2,6 @@
 #include <algorithm>
 
 #include "driveline/slaves/msd/core/drive_core.hpp"
-#include "driveline/slaves/msd/core/drive_settings.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
 #include "driveline/slaves/msd/core/object_checks.hpp"
 
@@ -13,29 +12,25 @@ void DriveCore::raise(Fault fault) noexcept {
   disturb();
   const FaultFacts& f = facts(fault);
   if (faults_.standing()) {
-    if (f.coast) control_.fault(true);
+    if (f.coast) control_.profile().fault(true);
     return;
   }
   const auto hours = std::clamp<std::int64_t>(operating_hours_.count() + running_time() / std::chrono::hours(1), 0,
                                               kMaxOperatingHours);
   bus_->report(faults_.enter(fault, static_cast<std::uint32_t>(hours)));
-  control_.fault(f.coast);
+  control_.profile().fault(f.coast);
 }
 
 /// Acknowledges a fault; a cause that persists raises it again at once (MSD manual 13.3).
 void DriveCore::acknowledge() noexcept {
-  if (!control_.acknowledge()) return;
+  if (!control_.profile().acknowledge()) return;
   const auto was = faults_.standing();
   bus_->report(faults_.acknowledge());
   if (was && cause_persists(*was)) raise(*was);
 }
 
-/// The reset acts on the edge, even if both levels occur between two evaluations.
 void DriveCore::watch_fault_reset() noexcept {
-  const auto word = dictionary_.get(kValue.control_word);
-  const bool rising = (word & ~last_control_word_ & control_word::kFaultReset) != 0;
-  last_control_word_ = word;
-  if (rising && remote(dictionary_)) acknowledge();
+  if (control_.profile().takes_fault_reset()) acknowledge();
 }
 
 /// Whether the cause of the fault persists when it is acknowledged.
@@ -62,7 +57,7 @@ bool DriveCore::cause_persists(Fault fault) const noexcept {
 void DriveCore::monitor() noexcept {
   if (protection_.overcurrent()) raise(Fault::kOvercurrent);
   if (monitor_.step_following_error()) raise(Fault::kFollowingError);
-  if (const auto hit = monitor_.limit_switch(terminals_.signals(), control_.mode())) raise(*hit);
+  if (const auto hit = monitor_.limit_switch(terminals_.signals(), control_.profile().homes())) raise(*hit);
   if (clock_.millisecond() && monitor_.follows_wrong_cycle()) raise(Fault::kInvalidConfiguration);
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "driveline/slaves/msd/core/control_clock.hpp"
 
@@ -49,10 +48,6 @@ void DriveMotion::configure(const MotionSettings& settings) noexcept {
   torque_.set_limits(0, 0.0);
 }
 
-double DriveMotion::torque_of(double permille) const noexcept {
-  return permille * 1e-3 * settings_.rated_torque_nm;
-}
-
 void DriveMotion::set(const Setpoints& setpoints) noexcept {
   setpoints_ = setpoints;
   if (command_ == MotionCommand::kFollow) return push_setpoints();
@@ -66,8 +61,8 @@ void DriveMotion::push_setpoints() noexcept {
   samples_on_time_ = on_time ? std::min(samples_on_time_ + 1, kSamplesForSynchronism) : 0;
   steps_since_sample_ = 0;
   // Only the active source starts a segment: the others take over the current setpoint when they are selected.
-  if (source_ == MotionSource::kCyclicVelocity) velocity_.push(setpoints_.velocity * settings_.scaling.velocity_rad_s);
-  if (source_ == MotionSource::kCyclicTorque) torque_.push(torque_of(setpoints_.torque_permille));
+  if (source_ == MotionSource::kCyclicVelocity) velocity_.push(setpoints_.velocity_rad_s);
+  if (source_ == MotionSource::kCyclicTorque) torque_.push(setpoints_.torque_nm);
   if (source_ != MotionSource::kCyclicPosition) return;
   // Position setpoints wrap around at the ends of their range; the shorter distance applies.
   target_position_ = settings_.range.nearest(target_position_, setpoints_.position);
@@ -81,7 +76,8 @@ void DriveMotion::push_setpoints() noexcept {
     target = std::clamp(target, std::min(low, allowed_position_), std::max(high, allowed_position_));
   }
   allowed_position_ = target;
-  position_.push(to_rad(static_cast<double>(target)), setpoints_.velocity_offset * settings_.scaling.velocity_rad_s);
+  const double fraction = target == target_position_ ? setpoints_.position_fraction : 0.0;
+  position_.push(to_rad(static_cast<double>(target) + fraction), setpoints_.velocity_offset_rad_s);
 }
 
 bool DriveMotion::synchronised() const noexcept {
@@ -171,8 +167,8 @@ void DriveMotion::take_over(MotionCommand command, MotionSource source, bool smo
   const std::uint32_t since = steps_since_sample_ % settings_.steps_per_setpoint;
   const double begin_speed = source == MotionSource::kCyclicPosition ? speed_towards_setpoint(speed, since) : speed;
   position_.reset(measured_position_rad() - begin_speed * since * kControlStepS, begin_speed);
-  velocity_.reset(setpoints_.velocity * settings_.scaling.velocity_rad_s, 0.0);
-  torque_.reset(torque_demand_nm_ - torque_of(setpoints_.torque_offset_permille), 0.0);
+  velocity_.reset(setpoints_.velocity_rad_s, 0.0);
+  torque_.reset(torque_demand_nm_ - setpoints_.torque_offset_nm, 0.0);
   push_setpoints();
   for (std::uint32_t step = 0; step < since; ++step) {
     position_.step();
@@ -187,21 +183,19 @@ double DriveMotion::speed_towards_setpoint(double speed, std::uint32_t since) co
   const auto target = settings_.range.nearest(position(), setpoints_.position);
   const double steps = position_.periods_ahead() * settings_.steps_per_setpoint - since;
   if (!(steps > 0.0)) return speed;
-  const double asked = (to_rad(static_cast<double>(target)) - measured_position_rad()) / (steps * kControlStepS);
+  const double asked = (to_rad(static_cast<double>(target) + setpoints_.position_fraction) - measured_position_rad()) /
+                       (steps * kControlStepS);
   return std::abs(asked - speed) <= settings_.quick_stop_rad_s2 * kSpeedLagS ? asked : speed;
 }
 
 double DriveMotion::speed_feed_forward(double internal_rad_s) const noexcept {
-  const double speed = settings_.external_speed_feed_forward
-                           ? setpoints_.velocity_offset * settings_.scaling.velocity_rad_s
-                           : internal_rad_s;
+  const double speed = settings_.external_speed_feed_forward ? setpoints_.velocity_offset_rad_s : internal_rad_s;
   return settings_.speed_feed_forward * speed;
 }
 
 double DriveMotion::torque_feed_forward(double acceleration_rad_s2) const noexcept {
-  return settings_.external_torque_feed_forward
-             ? settings_.torque_feed_forward * torque_of(setpoints_.torque_offset_permille)
-             : internal_torque(acceleration_rad_s2);
+  return settings_.external_torque_feed_forward ? settings_.torque_feed_forward * setpoints_.torque_offset_nm
+                                                : internal_torque(acceleration_rad_s2);
 }
 
 double DriveMotion::internal_torque(double acceleration_rad_s2) const noexcept {
@@ -226,7 +220,7 @@ double DriveMotion::follow_velocity() noexcept {
 /// Limits the torque so that the axis approaches the maximum speed (6080h) smoothly and is not driven beyond it.
 double DriveMotion::follow_torque() noexcept {
   torque_.step();
-  double torque = torque_.value() + torque_of(setpoints_.torque_offset_permille);
+  double torque = torque_.value() + setpoints_.torque_offset_nm;
   const double speed = controller_.measured_velocity_rad_s();
   const double left = std::max(settings_.controller.max_velocity_rad_s - std::abs(speed), 0.0);
   const double most = inertia() * left / kSpeedLimitS;
@@ -344,18 +338,6 @@ double DriveMotion::velocity_demand() const noexcept {
   return demand / settings_.scaling.velocity_rad_s;
 }
 
-double DriveMotion::torque_permille() const noexcept {
-  return 1000.0 * torque_nm() / settings_.rated_torque_nm;
-}
-
-double DriveMotion::torque_demand_permille() const noexcept {
-  return 1000.0 * torque_demand_nm_ / settings_.rated_torque_nm;
-}
-
-double DriveMotion::current_permille() const noexcept {
-  return 1000.0 * motor_.current_a() / (std::numbers::sqrt2 * settings_.rated_current_a);
-}
-
 /// Through short-circuited cables the full DC link voltage drives the current, in every pulse of the inverter.
 double DriveMotion::phase_current_a(double dc_link_volts) const noexcept {
   constexpr double kCableOhm = 0.5;
@@ -401,7 +383,7 @@ double DriveMotion::distance_to_target() const noexcept {
     case MotionSource::kCyclicPosition:
       return static_cast<double>(target_position_ - position());
     case MotionSource::kCyclicVelocity:
-      return setpoints_.velocity - velocity();
+      return setpoints_.velocity_rad_s / settings_.scaling.velocity_rad_s - velocity();
     default:
       return 0.0;
   }

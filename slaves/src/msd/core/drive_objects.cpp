@@ -11,30 +11,6 @@ using wire::SdoAbort;
 constexpr std::uint32_t kSaveSignature = 0x65766173;  ///< "save", CiA 301 7.5.2.13
 constexpr std::uint32_t kLoadSignature = 0x64616F6C;  ///< "load", CiA 301 7.5.2.14
 
-/// 60C0h has the numbers of P 370 with inverted sign, except that linear is 0 and none is -1.
-constexpr std::int16_t sub_mode(std::uint8_t type) noexcept {
-  return type == 0 ? std::int16_t{-1} : type == 1 ? std::int16_t{0} : static_cast<std::int16_t>(-type);
-}
-constexpr std::uint8_t type_of(std::int16_t mode) noexcept {
-  return mode == -1 ? std::uint8_t{0} : mode == 0 ? std::uint8_t{1} : static_cast<std::uint8_t>(-mode);
-}
-
-/// Returns the slot of the object that a cyclic mode follows; an invalid slot for the other modes.
-constexpr std::uint16_t setpoint_slot(OperationMode mode) noexcept {
-  switch (mode) {
-    case OperationMode::kInterpolatedPosition:
-      return kValue.interpolation_data.number;
-    case OperationMode::kCyclicSynchronousPosition:
-      return kValue.target_position.number;
-    case OperationMode::kCyclicSynchronousVelocity:
-      return kValue.target_velocity.number;
-    case OperationMode::kCyclicSynchronousTorque:
-      return kValue.target_torque.number;
-    default:
-      return kValue.end();
-  }
-}
-
 SdoResult<void> require(bool condition, SdoAbort otherwise) noexcept {
   if (condition) return {};
   return tl::unexpected(otherwise);
@@ -109,24 +85,18 @@ void DriveCore::written(const EntryRow& row) {
     case kValue.fault_reset_parameter.number:
       if (dictionary_.get(kValue.fault_reset_parameter) == 1) acknowledge();
       return dictionary_.set(kValue.fault_reset_parameter, std::uint8_t{0});
-    case kValue.control_word.number:
-      return watch_fault_reset();
-    case kValue.target_position.number:
-    case kValue.target_velocity.number:
-    case kValue.target_torque.number:
-    case kValue.interpolation_data.number:
-      if (row.slot == setpoint_slot(control_.mode())) return control_.apply_setpoints();
-      [[fallthrough]];  // for another mode: no segment starts
-    case kValue.velocity_offset.number:
-    case kValue.torque_offset.number:
-      return control_.prepare_setpoints();
-    case kValue.interpolation_type.number:
-      dictionary_.set(kValue.interpolation_sub_mode, sub_mode(dictionary_.get(kValue.interpolation_type)));
-      break;
-    case kValue.interpolation_sub_mode.number:
-      dictionary_.set(kValue.interpolation_type, type_of(dictionary_.get(kValue.interpolation_sub_mode)));
-      break;
     default:
+      break;
+  }
+  switch (control_.profile().written(row.slot)) {
+    case DriveProfile::Effect::kCommand:
+      return watch_fault_reset();
+    case DriveProfile::Effect::kSetpoint:
+      return control_.apply_setpoints();
+    case DriveProfile::Effect::kPrepared:
+      return control_.prepare_setpoints();
+    case DriveProfile::Effect::kSetting:
+    case DriveProfile::Effect::kNone:
       break;
   }
   settings_changed_ = true;

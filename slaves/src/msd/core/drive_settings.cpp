@@ -6,7 +6,6 @@
 
 #include "driveline/slaves/msd/core/control_clock.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
-#include "driveline/slaves/msd/core/mode_control.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
@@ -15,8 +14,6 @@ using std::chrono::nanoseconds;
 
 constexpr std::int16_t kJerkLimited = 3;       ///< 6086h
 constexpr std::uint16_t kThermalOverload = 1;  ///< P 735
-constexpr std::uint16_t kControlLocationCia402 = 5;
-constexpr std::uint16_t kReferenceSourceCia402 = 7;
 
 /// Reads values of the dictionary as doubles.
 class Reader {
@@ -122,33 +119,6 @@ OverloadLimits overload_limits(const ObjectDictionary& dictionary, double rated_
           value(kValue.overload_middle_frequency),
           value(kValue.overload_rated_frequency),
           value(kValue.motor_rated_current_a) / rated_current_a};
-}
-
-OptionCodes option_codes(const ObjectDictionary& dictionary) noexcept {
-  return {dictionary.get(kValue.quick_stop_option), dictionary.get(kValue.shutdown_option),
-          dictionary.get(kValue.disable_operation_option), dictionary.get(kValue.fault_reaction_option),
-          std::chrono::milliseconds(dictionary.get(kValue.external_reaction_time))};
-}
-
-bool remote(const ObjectDictionary& dictionary) noexcept {
-  return dictionary.get(kValue.control_location) == kControlLocationCia402;
-}
-
-std::uint16_t control_word(const ObjectDictionary& dictionary) noexcept {
-  return remote(dictionary) ? dictionary.get(kValue.control_word) : std::uint16_t{0};
-}
-
-bool references_from_bus(const ObjectDictionary& dictionary) noexcept {
-  return dictionary.get(kValue.reference_source) == kReferenceSourceCia402;
-}
-
-Setpoints setpoints(const ObjectDictionary& dictionary, OperationMode in_force) noexcept {
-  constexpr auto kInterpolated = OperationMode::kInterpolatedPosition;
-  const auto wanted = static_cast<OperationMode>(dictionary.get(kValue.mode));
-  const bool interpolated = wanted == kInterpolated || (in_force == kInterpolated && !ModeControl::supported(wanted));
-  return {dictionary.get(interpolated ? kValue.interpolation_data : kValue.target_position),
-          dictionary.get(kValue.target_velocity), dictionary.get(kValue.target_torque),
-          dictionary.get(kValue.velocity_offset), dictionary.get(kValue.torque_offset)};
 }
 
 nanoseconds reference_cycle(const ObjectDictionary& dictionary) noexcept {

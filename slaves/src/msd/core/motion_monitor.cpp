@@ -19,9 +19,9 @@ bool MotionMonitor::step_following_error() noexcept {
   return following_error_;
 }
 
-std::optional<Fault> MotionMonitor::limit_switch(const InputSignals& signals, OperationMode mode) const noexcept {
+std::optional<Fault> MotionMonitor::limit_switch(const InputSignals& signals, bool homes) const noexcept {
   if (!signals.positive_limit && !signals.negative_limit) return std::nullopt;
-  if (motion_->command() != MotionCommand::kFollow || mode == OperationMode::kHoming) return std::nullopt;
+  if (motion_->command() != MotionCommand::kFollow || homes) return std::nullopt;
   const int direction = motion_->direction();
   if (signals.positive_limit && direction > 0) return Fault::kPositiveLimitSwitch;
   if (signals.negative_limit && direction < 0) return Fault::kNegativeLimitSwitch;

@@ -2,9 +2,8 @@
 
 #include <tuple>
 
-#include "driveline/slaves/cia402/homing_sequence.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
-#include "driveline/slaves/msd/core/mode_control.hpp"
+#include "driveline/slaves/msd/core/profile/drive_profile.hpp"
 #include "driveline/slaves/msd/core/terminals.hpp"
 
 namespace driveline::slaves::msd {
@@ -52,10 +51,6 @@ bool possible_value(const EntryRow& row, std::uint64_t raw) noexcept {
   switch (row.slot) {
     case kValue.error_count.number:
       return raw == 0;  // CiA 301 7.5.2.4
-    case kValue.mode.number:
-      return ModeControl::supported(static_cast<OperationMode>(raw));
-    case kValue.homing_method.number:
-      return raw == 0 || HomingSequence::supported(static_cast<std::int8_t>(raw));
     case kValue.input_inversion.number:
       return valid_inversion(raw);
     case kValue.motor_temperature_sensor.number:
@@ -67,7 +62,7 @@ bool possible_value(const EntryRow& row, std::uint64_t raw) noexcept {
   }
   if (kValue.input_functions.contains(row.slot)) return valid_input_function(row.index, raw);
   if (kValue.output_functions.contains(row.slot)) return valid_output_function(row.index, raw);
-  return true;
+  return DriveProfile::possible_value(row, raw);
 }
 
 }  // namespace driveline::slaves::msd

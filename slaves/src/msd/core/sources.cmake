@@ -1,5 +1,8 @@
 target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/actual_values.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/cia402/cia402_profile.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/cia402/factor_group.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/cia402/mode_control.cpp
   ${CMAKE_CURRENT_LIST_DIR}/device_control.cpp
   ${CMAKE_CURRENT_LIST_DIR}/display.cpp
   ${CMAKE_CURRENT_LIST_DIR}/drive_core.cpp
@@ -14,7 +17,6 @@ target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/faults.cpp
   ${CMAKE_CURRENT_LIST_DIR}/fine_interpolator.cpp
   ${CMAKE_CURRENT_LIST_DIR}/firmware_image.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/mode_control.cpp
   ${CMAKE_CURRENT_LIST_DIR}/motion_monitor.cpp
   ${CMAKE_CURRENT_LIST_DIR}/object_checks.cpp
   ${CMAKE_CURRENT_LIST_DIR}/parameter_store.cpp

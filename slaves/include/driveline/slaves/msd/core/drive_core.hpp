@@ -87,7 +87,7 @@ class DriveCore final : private MachineEvents {
   /// from Operation enabled on. \rtsafe
   [[nodiscard]] bool power_stage_on() const noexcept;
   /// Whether the motor is under control. \rtsafe
-  [[nodiscard]] bool power_on() const noexcept { return control_.power().power_on(); }
+  [[nodiscard]] bool power_on() const noexcept { return control_.profile().power_on(); }
   /// Returns the values of the drive. From the first call on, advance() publishes all actual values, since the caller
   /// may keep the reference. \rtsafe
   [[nodiscard]] ObjectDictionary& dictionary() noexcept {
@@ -185,9 +185,10 @@ class DriveCore final : private MachineEvents {
   [[nodiscard]] double external_torque_nm() const noexcept { return motion_.external_torque_nm(); }
   /// Returns the motion control, with its demands and settings. \rtsafe
   [[nodiscard]] const DriveMotion& motion() const noexcept { return motion_; }
-  /// Returns the state of the CiA 402 state machine. \rtsafe
-  [[nodiscard]] PowerState state() const noexcept { return control_.power().state(); }
-  [[nodiscard]] std::uint16_t status() const noexcept;  ///< 6041h
+  /// Returns the state of the drive. \rtsafe
+  [[nodiscard]] PowerState state() const noexcept { return control_.profile().state(); }
+  /// Returns the status as last published; CiA 402: 6041h. \rtsafe
+  [[nodiscard]] std::uint16_t status() const noexcept { return control_.profile().status(); }
   /// Returns the fault that is active until it is acknowledged: the first one if there were several. \rtsafe
   [[nodiscard]] std::optional<Fault> fault() const noexcept { return faults_.standing(); }
   /// Returns the text on the seven-segment display, without its flashing: "5.", "S2", "Er 14 01" (MSD manual 4.7).
@@ -215,9 +216,7 @@ class DriveCore final : private MachineEvents {
   void apply_settings() noexcept;
   /// Commands that process data can change without a call of written().
   struct Commands {
-    std::uint16_t control_word = 0;
-    std::int8_t mode = 0;
-    std::uint16_t touch_probe = 0;
+    std::uint64_t profile = 0;  ///< DriveProfile::commands()
     std::uint32_t outputs = 0;
     friend bool operator==(const Commands&, const Commands&) = default;
   };
@@ -230,7 +229,6 @@ class DriveCore final : private MachineEvents {
   void disturb() noexcept { quiet_ = states_shown_ = false; }
   void step_control() noexcept;
   void step_outputs() noexcept;
-  void control_touch_probe() noexcept;
   void monitor() noexcept;
   void monitor_protection() noexcept;
   void publish() noexcept;
@@ -265,10 +263,8 @@ class DriveCore final : private MachineEvents {
   mutable ValueGroups waiting_;            ///< actual values that are not in the dictionary yet
   mutable bool all_read_ = false;          ///< all of them may be read at any time
   bool quiet_ = false;                     ///< nothing but the axis moves, see quiet()
-  bool states_shown_ = false;     ///< the last publish_states() is valid, because the drive has been quiet since
-  bool brake_closed_ = false;     ///< the brake holds the shaft in this control cycle
-  std::uint16_t state_bits_ = 0;  ///< bits of the status word that publish_states() has found
-  std::uint16_t last_control_word_ = 0;
+  bool states_shown_ = false;  ///< the last publish_states() is valid, because the drive has been quiet since
+  bool brake_closed_ = false;  ///< the brake holds the shaft in this control cycle
   MotionMonitor monitor_{dictionary_, motion_};
   Protection protection_;
   Terminals terminals_;

@@ -37,13 +37,14 @@ struct MotionSettings {
   VoltageFrequencyParameters voltage_frequency;  ///< U/f characteristic of mode 2
 };
 
-/// Setpoints in the object dictionary, in user units.
+/// Setpoints of the bus, at the motor shaft; positions in position units, so that they wrap around exactly.
 struct Setpoints {
-  std::int32_t position = 0;                ///< 607Ah
-  std::int32_t velocity = 0;                ///< 60FFh
-  std::int16_t torque_permille = 0;         ///< 6071h, per mille of the rated torque
-  std::int32_t velocity_offset = 0;         ///< 60B1h
-  std::int16_t torque_offset_permille = 0;  ///< 60B2h, per mille of the rated torque
+  std::int32_t position = 0;           ///< whole position units
+  double position_fraction = 0.0;      ///< of a position unit, 0 to 1, on top of `position`
+  double velocity_rad_s = 0.0;         ///< velocity
+  double torque_nm = 0.0;              ///< torque
+  double velocity_offset_rad_s = 0.0;  ///< added to the velocity as feed-forward
+  double torque_offset_nm = 0.0;       ///< added to the torque as feed-forward
 };
 
 /// Source of the setpoints for MotionCommand::kFollow.
@@ -129,23 +130,15 @@ class DriveMotion {
   /// Returns the following error in encoder increments; 0 without position control. \rtsafe
   [[nodiscard]] double following_error_increments() const noexcept;
   /// Returns the speed feed-forward that the bus sends (60B1h), even if it is not used. \rtsafe
-  [[nodiscard]] double external_velocity_rad_s() const noexcept {
-    return setpoints_.velocity_offset * settings_.scaling.velocity_rad_s;
-  }
+  [[nodiscard]] double external_velocity_rad_s() const noexcept { return setpoints_.velocity_offset_rad_s; }
   /// Returns the torque feed-forward that the bus sends (60B2h), even if it is not used.
-  [[nodiscard]] double external_torque_nm() const noexcept { return torque_of(setpoints_.torque_offset_permille); }
+  [[nodiscard]] double external_torque_nm() const noexcept { return setpoints_.torque_offset_nm; }
   /// Returns the motor torque, calculated with P 457 and P 460. \rtsafe
   [[nodiscard]] double torque_nm() const noexcept { return motor_.torque_nm() / settings_.torque_per_demand; }
   /// Returns the torque setpoint of the last control cycle, calculated with P 457 and P 460. \rtsafe
   [[nodiscard]] double torque_demand_nm() const noexcept { return torque_demand_nm_; }
   [[nodiscard]] double velocity() const noexcept;         ///< velocity units
   [[nodiscard]] double velocity_demand() const noexcept;  ///< velocity units
-  /// Returns the torque at the shaft in permille of the rated torque. \rtsafe
-  [[nodiscard]] double torque_permille() const noexcept;
-  /// Returns torque_demand_nm() in permille of the rated torque. \rtsafe
-  [[nodiscard]] double torque_demand_permille() const noexcept;
-  /// Returns the amplitude of the motor's currents in permille of the rated current. \rtsafe
-  [[nodiscard]] double current_permille() const noexcept;
   /// Whether the motor is in U/f operation. \rtsafe
   [[nodiscard]] bool by_frequency() const noexcept { return by_frequency_; }
   /// Whether the measured speed has been within the standstill window for 4 ms. \rtsafe
@@ -215,7 +208,6 @@ class DriveMotion {
   [[nodiscard]] double speed_feed_forward(double internal_rad_s) const noexcept;
   [[nodiscard]] double torque_feed_forward(double acceleration_rad_s2) const noexcept;
   [[nodiscard]] double internal_torque(double acceleration_rad_s2) const noexcept;
-  [[nodiscard]] double torque_of(double permille) const noexcept;
 
   ServoMotor motor_;
   ServoController controller_;

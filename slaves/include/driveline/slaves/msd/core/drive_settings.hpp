@@ -2,7 +2,6 @@
 
 #include <chrono>
 
-#include "driveline/slaves/cia402/power_state_machine.hpp"
 #include "driveline/slaves/msd/core/drive_motion.hpp"
 #include "driveline/slaves/msd/core/variant.hpp"
 #include "driveline/slaves/od/object_dictionary.hpp"
@@ -18,18 +17,6 @@ namespace driveline::slaves::msd {
 void follow_motor_data(ObjectDictionary& dictionary) noexcept;
 /// Returns the settings of the I2t monitoring. `rated_current_a`: of the actual motor. \rtsafe
 [[nodiscard]] OverloadLimits overload_limits(const ObjectDictionary& dictionary, double rated_current_a) noexcept;
-/// Returns the option codes 605Ah-605Ch, 605Eh and P 154. \rtsafe
-[[nodiscard]] OptionCodes option_codes(const ObjectDictionary& dictionary) noexcept;
-
-/// Whether the control word comes from the bus (P 159). \rtsafe
-[[nodiscard]] bool remote(const ObjectDictionary& dictionary) noexcept;
-/// Returns 6040h; 0 when the control word does not come from the bus. \rtsafe
-[[nodiscard]] std::uint16_t control_word(const ObjectDictionary& dictionary) noexcept;
-/// Whether setpoints come from the bus (P 165). \rtsafe
-[[nodiscard]] bool references_from_bus(const ObjectDictionary& dictionary) noexcept;
-/// Returns the setpoints for the mode in 6060h, or for `in_force` when the drive does not have that mode: setpoints
-/// sent together with a new mode are for this mode. \rtsafe
-[[nodiscard]] Setpoints setpoints(const ObjectDictionary& dictionary, OperationMode in_force) noexcept;
 
 /// Returns P 306. \rtsafe
 [[nodiscard]] std::chrono::nanoseconds reference_cycle(const ObjectDictionary& dictionary) noexcept;

@@ -5,7 +5,6 @@
 
 #include "driveline/slaves/msd/core/drive_motion.hpp"
 #include "driveline/slaves/msd/core/faults.hpp"
-#include "driveline/slaves/msd/core/mode_control.hpp"
 #include "driveline/slaves/msd/core/setpoint_rhythm.hpp"
 #include "driveline/slaves/msd/core/terminals.hpp"
 #include "driveline/slaves/od/object_dictionary.hpp"
@@ -27,8 +26,8 @@ class MotionMonitor {
   /// Returns the result of the last step_following_error(). \rtsafe
   [[nodiscard]] bool following_error() const noexcept { return following_error_; }
   /// Returns a fault while the axis moves towards an active limit switch; the opposite direction is free. Homing
-  /// handles the switches itself. \rtsafe
-  [[nodiscard]] std::optional<Fault> limit_switch(const InputSignals& signals, OperationMode mode) const noexcept;
+  /// (`homes`) handles the switches itself. \rtsafe
+  [[nodiscard]] std::optional<Fault> limit_switch(const InputSignals& signals, bool homes) const noexcept;
 
   /// Called when setpoints have arrived, in this control cycle. \rtsafe
   void setpoints_came(std::uint64_t cycle) noexcept { rhythm_.sample(cycle, motion_->settings().steps_per_setpoint); }

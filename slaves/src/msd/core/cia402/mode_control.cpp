@@ -1,4 +1,4 @@
-#include "driveline/slaves/msd/core/mode_control.hpp"
+#include "driveline/slaves/msd/core/cia402/mode_control.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+#include "driveline/slaves/cia402/power_state_machine.hpp"
+#include "driveline/slaves/msd/core/cia402/mode_control.hpp"
+#include "driveline/slaves/msd/core/drive_motion.hpp"
+#include "driveline/slaves/msd/core/profile/profile_types.hpp"
+#include "driveline/slaves/msd/core/terminals.hpp"
+#include "driveline/slaves/msd/core/touch_probe.hpp"
+#include "driveline/slaves/od/object_dictionary.hpp"
+
+namespace driveline::slaves::msd {
+
+/// The profile CiA 402 (IEC 61800-7-201): state machine by the control word 6040h, modes of operation, units of the
+/// factor group, status word 6041h. DriveProfile describes the functions. \rtsafe throughout.
+class Cia402Profile {
+ public:
+  /// `dictionary` must outlive this.
+  explicit Cia402Profile(ObjectDictionary& dictionary) noexcept : dictionary_(&dictionary), modes_(dictionary) {}
+
+  /// Power-on.
+  void reset() noexcept;
+
+  /// 6060h accepts the modes that the drive has, 6098h its homing methods.
+  [[nodiscard]] static bool possible_value(const EntryRow& row, std::uint64_t raw) noexcept;
+  /// Calculates the scaling from 607Eh, 6089h-608Dh, 608Fh and 6090h-6092h; sets the factors 6093h, 6094h and 6097h.
+  [[nodiscard]] Scaling initialise_units(std::uint32_t encoder_increments) noexcept;
+  /// Control word, targets, offsets, and the interpolation sub mode 60C0h, which is P 370 with other numbers.
+  [[nodiscard]] ProfileEffect written(std::uint16_t slot) noexcept;
+  /// Whether P 165 selects CiA 402.
+  [[nodiscard]] bool setpoints_from_bus() const noexcept;
+  /// Setpoints for the mode in 6060h, or for the active mode when the drive does not have that one: setpoints sent
+  /// together with a new mode are for this mode.
+  [[nodiscard]] Setpoints setpoints(const MotionSettings& settings) const noexcept;
+  /// 6040h, 6060h and 60B8h.
+  [[nodiscard]] std::uint64_t commands() const noexcept;
+  /// Bit 7 of 6040h: an edge counts even if both levels occur between two evaluations.
+  [[nodiscard]] bool takes_fault_reset() noexcept;
+
+  /// Takes the mode in 6060h.
+  [[nodiscard]] bool select_mode() noexcept;
+  /// Evaluates the control word.
+  void step_state(const ProfileConditions& conditions) noexcept;
+  /// Runs the mode of operation.
+  void order(bool released, const InputSignals& inputs, DriveMotion& motion) noexcept;
+  /// Evaluates windows and times of the mode.
+  void watch_target(const DriveMotion& motion) noexcept { modes_.update_reached(motion); }
+  /// Runs the homing mode.
+  [[nodiscard]] bool step_homing(const InputSignals& inputs, DriveMotion& motion,
+                                 std::chrono::nanoseconds time_out) noexcept {
+    return modes_.step_homing(inputs, motion, time_out);
+  }
+  /// 60B8h, in the variant of P 2285.
+  void control(TouchProbe& probe) const noexcept;
+  /// Whether 60B8h and P 2285 are those of the last control().
+  [[nodiscard]] bool rests(const TouchProbe& probe) const noexcept;
+
+  /// Reaction by 605Eh.
+  void fault(bool coast) noexcept;
+  /// Transition 15.
+  [[nodiscard]] bool acknowledge() noexcept { return power_.acknowledge(); }
+  /// State of the power drive system.
+  [[nodiscard]] PowerState state() const noexcept { return power_.state(); }
+  /// Command of the state machine.
+  [[nodiscard]] MotionCommand command() const noexcept { return power_.motion(); }
+  /// By state and 605Ah.
+  [[nodiscard]] bool powers_off_at_standstill() const noexcept;
+  /// Whether the homing mode is active.
+  [[nodiscard]] bool homes() const noexcept { return modes_.mode() == OperationMode::kHoming; }
+
+  /// 6061h, and the bits of 6041h that remain.
+  void publish_state(bool dc_link) noexcept;
+  /// The whole of 6041h.
+  void publish_motion(const StatusFacts& facts, const DriveMotion& motion) noexcept;
+  /// 6041h.
+  [[nodiscard]] std::uint16_t status() const noexcept;
+  /// Bit 11 of 6041h.
+  [[nodiscard]] bool shows_limit() const noexcept { return (status() & status_word::kInternalLimit) != 0; }
+
+ private:
+  [[nodiscard]] bool remote() const noexcept;
+  [[nodiscard]] std::uint16_t control_word() const noexcept;
+  [[nodiscard]] OptionCodes option_codes() const noexcept;
+  [[nodiscard]] std::uint16_t motion_bits(const StatusFacts& facts, const DriveMotion& motion) const noexcept;
+
+  ObjectDictionary* dictionary_;
+  PowerStateMachine power_;
+  ModeControl modes_;
+  std::uint16_t state_bits_ = 0;         ///< bits of 6041h that publish_state() has found
+  std::uint16_t last_control_word_ = 0;  ///< 6040h at the last takes_fault_reset()
+};
+
+}  // namespace driveline::slaves::msd
