@@ -19,13 +19,15 @@
 
 namespace driveline::canopen {
 
+class CycleFigures;
 class ProcessExchange;
+struct PeriodRecord;
 
 /// What the cycle knows of a node. Plain value.
 struct NodeReport {
   bool valid = false;              ///< its outputs of the last period were sent, and every answer to the last SYNC came
-  bool operational = false;        ///< `valid`, and CanCycle::set_operational() says so
-  bool heard = false;              ///< every one of its TPDOs has come at least once since it became operational
+  bool operational = false;        ///< CanCycle::set_operational(), as the cycle has taken it over
+  bool heard = false;              ///< every one of its TPDOs has come at least once since it was last not operational
   std::uint32_t stale_cycles = 0;  ///< cycles since it was last valid
   std::uint64_t lost = 0;          ///< TPDOs that were due and did not come
   std::uint64_t late = 0;          ///< TPDOs that came after the next SYNC, or twice
@@ -114,20 +116,31 @@ class CanCycle final : public motion::Cycle {
   [[nodiscard]] std::uint64_t absences_dropped() const noexcept { return absences_.dropped(); }
 
   /// Counters and times; only while no cycle runs.
-  [[nodiscard]] const motion::CycleStatistics& statistics() const noexcept { return statistics_; }
+  [[nodiscard]] const motion::CycleStatistics& statistics() const noexcept;
   /// Settings given to the constructor. \rtsafe
   [[nodiscard]] const Settings& settings() const noexcept { return settings_; }
   /// Process data and their layout. Once cycles run, the bytes belong to the cycle.
   [[nodiscard]] const PdoImage& image() const noexcept;
 
  private:
+  void compute() noexcept;
+  void judge(PeriodRecord& record) noexcept;
+  void run_tasks(motion::TaskTiming::Order order) noexcept;
+  void note_absence(const rt::CycleStart& start) noexcept;
+  [[nodiscard]] float load_of(const PeriodRecord& record, const rt::CycleStart& next) const noexcept;
+  void lap(PeriodRecord& record, motion::CyclePhase phase) noexcept;
+  void traced_lap(motion::CyclePhase phase) noexcept;
+
   rt::Clock& clock_;
   std::chrono::nanoseconds period_;
+  std::uint32_t bit_rate_;
   Settings settings_;
   motion::MotionControl* motion_;
-  motion::SampleRings rings_;
   std::unique_ptr<ProcessExchange> exchange_;
-  motion::CycleStatistics statistics_;
+  std::unique_ptr<CycleFigures> figures_;
+  std::unique_ptr<PeriodRecord> present_;  ///< the period of the last SYNC
+  bool open_ = false;                      ///< its answers have not been judged yet
+  std::chrono::nanoseconds lap_at_{0};     ///< end of the phase measured last
   rt::SpscRing<motion::MasterAbsence> absences_{kAbsenceRing};
   std::atomic<std::uint64_t> cycles_shared_{0};
   std::atomic<std::uint32_t> bad_cycles_{0};

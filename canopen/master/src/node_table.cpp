@@ -1,0 +1,95 @@
+#include "node_table.hpp"
+
+#include <algorithm>
+
+namespace driveline::canopen {
+namespace {
+
+constexpr std::uint32_t kValid = 1;
+constexpr std::uint32_t kOperational = 2;
+constexpr std::uint32_t kHeard = 4;
+
+/// Of a count of changes, the first of which switches on.
+constexpr bool is_on(std::uint32_t changes) noexcept {
+  return (changes & 1U) != 0;
+}
+
+}  // namespace
+
+NodeTable::NodeTable(std::size_t nodes)
+    : nodes_(nodes),
+      requests_seen_(nodes),
+      shared_(std::make_unique<Shared[]>(nodes)),
+      valid_(std::make_unique<bool[]>(nodes)) {}
+
+void NodeTable::set_operational(std::size_t node, bool operational) noexcept {
+  auto& requested = shared_[node].requested;
+  auto changes = requested.load(std::memory_order_relaxed);
+  while (is_on(changes) != operational &&
+         !requested.compare_exchange_weak(changes, changes + 1, std::memory_order_release, std::memory_order_relaxed)) {
+  }
+}
+
+NodeReport NodeTable::report(std::size_t node) const noexcept {
+  const auto& shared = shared_[node];
+  const auto flags = shared.flags.load(std::memory_order_acquire);
+  NodeReport report;
+  report.valid = (flags & kValid) != 0;
+  report.operational = (flags & kOperational) != 0;
+  report.heard = (flags & kHeard) != 0;
+  report.stale_cycles = shared.stale.load(std::memory_order_relaxed);
+  report.lost = shared.lost.value();
+  report.late = shared.late.value();
+  report.wrong_length = shared.wrong_length.value();
+  report.unsent = shared.unsent.value();
+  return report;
+}
+
+void NodeTable::begin_period() noexcept {
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    auto& node = nodes_[i];
+    node.came = 0;
+    node.sent = true;
+    node.begun = false;
+    const auto changes = shared_[i].requested.load(std::memory_order_acquire);
+    if (changes == requests_seen_[i]) continue;
+    requests_seen_[i] = changes;
+    node.begun = is_on(changes);
+    if (node.in_use) {
+      node.heard = 0;
+      ++node.sojourn;
+    }
+    node.in_use = is_on(changes);
+  }
+}
+
+void NodeTable::note_unsent(std::size_t node) noexcept {
+  nodes_[node].sent = false;
+  shared_[node].unsent.add();
+}
+
+NodeTable::Verdict NodeTable::judge(bool synced) noexcept {
+  Verdict verdict;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const auto& node = nodes_[i];
+    auto& shared = shared_[i];
+    const bool answered = node.came >= node.due;
+    const bool valid = node.in_use && node.sent && answered && (synced || node.due == 0);
+    valid_[i] = valid;
+    if (node.in_use && synced) {
+      verdict.due += node.due;
+      verdict.came += std::min(node.came, node.due);
+      if (!answered) shared.lost.add(node.due - node.came);
+    }
+    verdict.all_valid = verdict.all_valid && (valid || !node.in_use);
+    shared.stale.store(valid ? 0 : shared.stale.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+    std::uint32_t flags = 0;
+    if (valid) flags |= kValid;
+    if (node.in_use) flags |= kOperational;
+    if (node.heard >= node.tpdos) flags |= kHeard;
+    shared.flags.store(flags, std::memory_order_release);
+  }
+  return verdict;
+}
+
+}  // namespace driveline::canopen

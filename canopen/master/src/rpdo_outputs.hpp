@@ -1,0 +1,56 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <vector>
+
+#include "driveline/canopen_master/pdo_image.hpp"
+#include "driveline/canopen_port/can_port.hpp"
+#include "frame_meter.hpp"
+#include "node_table.hpp"
+#include "period_room.hpp"
+
+namespace driveline::canopen {
+
+/// Sends the RPDOs of the nodes in use from the image. \rtsafe but the constructor.
+class RpdoOutputs {
+ public:
+  /// Both must outlive this. Adds the bits of RPDOs with SYNC to the nodes.
+  RpdoOutputs(const PdoImage& image, NodeTable& nodes);
+
+  /// Sends those that are due in every period; those that the port does not take are not repeated. Returns the bits
+  /// sent.
+  [[nodiscard]] std::uint32_t send_with_sync(CanPort& port) noexcept;
+  /// Sends those on change that are due, as far as the period has room: those of a node that has come into use and
+  /// those that have changed before those that are only repeated, and each in its turn. What is not sent stays due.
+  /// Returns the bits sent.
+  [[nodiscard]] std::uint32_t send_on_change(CanPort& port, std::chrono::nanoseconds now, PeriodRoom& room) noexcept;
+  /// RPDOs with SYNC that the port did not take.
+  [[nodiscard]] std::uint64_t unsent() const noexcept { return unsent_; }
+
+ private:
+  struct Rpdo {
+    PdoPlace place;
+    FrameMeter meter;
+    Frame frame;                         ///< sent last
+    std::chrono::nanoseconds sent_at{};  ///< on change
+    bool forced = true;                  ///< on change: due whatever its content is
+  };
+  /// Why an RPDO is due.
+  enum class Reason : std::uint8_t { kChange, kResend };
+
+  [[nodiscard]] std::span<const std::byte> content(const Rpdo& rpdo) const noexcept {
+    return image_.outputs().subspan(rpdo.place.offset, rpdo.place.length);
+  }
+  [[nodiscard]] bool due(const Rpdo& rpdo, Reason reason, std::chrono::nanoseconds now) const noexcept;
+  [[nodiscard]] SendStatus send(CanPort& port, Rpdo& rpdo, std::uint32_t& bits) noexcept;
+
+  const PdoImage& image_;
+  NodeTable& nodes_;
+  std::vector<Rpdo> with_sync_;
+  std::vector<Rpdo> on_change_;
+  std::size_t turn_ = 0;  ///< place in on_change_ that is looked at first
+  std::uint64_t unsent_ = 0;
+};
+
+}  // namespace driveline::canopen

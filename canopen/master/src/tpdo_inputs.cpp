@@ -1,0 +1,104 @@
+#include "tpdo_inputs.hpp"
+
+#include <algorithm>
+
+#include "driveline/canopen_master/bus_budget.hpp"
+#include "driveline/canopen_wire/frame_bits.hpp"
+
+namespace driveline::canopen {
+
+using std::chrono::nanoseconds;
+
+TpdoInputs::TpdoInputs(const MasterPlan& plan, PdoImage& image, NodeTable& nodes)
+    : image_(image), nodes_(nodes), bit_rate_(plan.bit_rate) {
+  by_identifier_.fill(kNone);
+  by_identifier_[plan.sync_identifier & Identifier::kBaseMask] = kOwnFrame;
+  for (const auto& rpdo : image.rpdos()) by_identifier_[rpdo.identifier] = kOwnFrame;
+  for (const auto& place : image.tpdos()) {
+    by_identifier_[place.identifier] = static_cast<std::uint16_t>(tpdos_.size());
+    auto& tpdo = tpdos_.emplace_back();
+    tpdo.node = place.node;
+    tpdo.offset = place.offset;
+    tpdo.meter = FrameMeter(place.identifier, place.length);
+    tpdo.length = place.length;
+    tpdo.due = place.answers_each_sync();
+    auto& node = nodes_[place.node];
+    ++node.tpdos;
+    if (tpdo.due) ++node.due;
+  }
+}
+
+TpdoInputs::Kind TpdoInputs::kind_of(const Frame& frame) const noexcept {
+  if (frame.kind != FrameKind::kData || frame.identifier.extended) return Kind::kOther;
+  const auto place = by_identifier_[frame.identifier.value & Identifier::kBaseMask];
+  if (place == kNone) return Kind::kOther;
+  return place == kOwnFrame ? Kind::kOwn : Kind::kTpdo;
+}
+
+/// Neither SYNC nor its answer takes less time than without stuff bits.
+nanoseconds TpdoInputs::earliest_answer(const Frame& frame, nanoseconds sync) const noexcept {
+  constexpr std::int64_t kNanoseconds = 1'000'000'000;
+  const std::int64_t bits = frame_bits(0) + frame_bits(frame.length) - kInterframeBits;
+  return sync + nanoseconds{bits * kNanoseconds / bit_rate_};
+}
+
+bool TpdoInputs::answers_each_sync(const Frame& frame) const noexcept {
+  return tpdos_[by_identifier_[frame.identifier.value & Identifier::kBaseMask]].due;
+}
+
+void TpdoInputs::begin_period(std::optional<nanoseconds> sync) noexcept {
+  sync_ = sync;
+  tally_ = {};
+  for (auto& tpdo : tpdos_) tpdo.came = false;
+}
+
+void TpdoInputs::note_stale(Tpdo& tpdo) noexcept {
+  ++tally_.stale;
+  if (tpdo.missing) ++tally_.late;
+  tpdo.missing = false;
+  nodes_.note_late(tpdo.node);
+}
+
+void TpdoInputs::note_heard(Tpdo& tpdo) noexcept {
+  auto& node = nodes_[tpdo.node];
+  if (tpdo.heard_in == node.sojourn) return;
+  tpdo.heard_in = node.sojourn;
+  ++node.heard;
+}
+
+void TpdoInputs::take(const ReceivedFrame& received) noexcept {
+  const auto& frame = received.frame;
+  auto& tpdo = tpdos_[by_identifier_[frame.identifier.value & Identifier::kBaseMask]];
+  const auto payload = frame.payload();
+  const bool as_planned = payload.size() == tpdo.length;
+  tally_.bits += as_planned ? tpdo.meter.bits(payload) : bit_count(frame);
+  if (payload.size() < tpdo.length) {
+    ++tally_.wrong_length;
+    nodes_.note_wrong_length(tpdo.node);
+    return;
+  }
+  if (tpdo.due && (!sync_ || received.time < earliest_answer(frame, *sync_))) return note_stale(tpdo);
+  std::copy_n(payload.begin(), tpdo.length, image_.inputs().subspan(tpdo.offset).begin());
+  note_heard(tpdo);
+  if (!tpdo.due) return;
+  // Two in one period: the first one answered an earlier SYNC.
+  if (tpdo.came) return note_stale(tpdo);
+  tpdo.came = true;
+  ++nodes_[tpdo.node].came;
+  tally_.last = received.time;
+}
+
+void TpdoInputs::end_period(bool synced) noexcept {
+  for (auto& tpdo : tpdos_) {
+    if (tpdo.due && nodes_[tpdo.node].in_use) tpdo.missing = synced && !tpdo.came;
+  }
+}
+
+bool TpdoInputs::complete() const noexcept {
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    if (nodes_[i].in_use && nodes_[i].came < nodes_[i].due) return false;
+  }
+  return true;
+}
+
+}  // namespace driveline::canopen
