@@ -22,8 +22,10 @@ class RpdoOutputs {
   /// sent.
   [[nodiscard]] std::uint32_t send_with_sync(CanPort& port) noexcept;
   /// Sends those on change that are due, as far as the period has room: those of a node that has come into use and
-  /// those that have changed before those that are only repeated, and each in its turn. What is not sent stays due.
-  /// Returns the bits sent.
+  /// those that have changed before those that are only repeated, and the nodes in turn. What is not sent stays due.
+  /// A control word that has changed together with other RPDOs of its node follows them in the next period, because it
+  /// may tell that a new target is there, and a drive may apply all RPDOs of a period at once (CiA 402-2: bit 4 of
+  /// 6040h). Returns the bits sent.
   [[nodiscard]] std::uint32_t send_on_change(CanPort& port, std::chrono::nanoseconds now, PeriodRoom& room) noexcept;
   /// RPDOs with SYNC that the port did not take.
   [[nodiscard]] std::uint64_t unsent() const noexcept { return unsent_; }
@@ -35,6 +37,12 @@ class RpdoOutputs {
     Frame frame;                         ///< sent last
     std::chrono::nanoseconds sent_at{};  ///< on change
     bool forced = true;                  ///< on change: due whatever its content is
+    bool commands = false;               ///< has a control word
+  };
+  /// The RPDOs on change of a node; those with a control word are the last ones.
+  struct Group {
+    std::vector<Rpdo> rpdos;
+    bool waited = false;  ///< a control word has waited for a period
   };
   /// Why an RPDO is due.
   enum class Reason : std::uint8_t { kChange, kResend };
@@ -44,12 +52,21 @@ class RpdoOutputs {
   }
   [[nodiscard]] bool due(const Rpdo& rpdo, Reason reason, std::chrono::nanoseconds now) const noexcept;
   [[nodiscard]] SendStatus send(CanPort& port, Rpdo& rpdo, std::uint32_t& bits) noexcept;
+  /// What a pass over the RPDOs on change needs.
+  struct Pass {
+    CanPort& port;
+    std::chrono::nanoseconds now;
+    PeriodRoom& room;
+    Reason reason;
+    std::uint32_t bits = 0;
+  };
+  [[nodiscard]] bool send_due(Group& group, Pass& pass) noexcept;
 
   const PdoImage& image_;
   NodeTable& nodes_;
   std::vector<Rpdo> with_sync_;
-  std::vector<Rpdo> on_change_;
-  std::size_t turn_ = 0;  ///< place in on_change_ that is looked at first
+  std::vector<Group> on_change_;  ///< by node
+  std::size_t turn_ = 0;          ///< node that is looked at first
   std::uint64_t unsent_ = 0;
 };
 

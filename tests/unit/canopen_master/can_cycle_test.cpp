@@ -201,6 +201,26 @@ TEST(CanCycleTest, ControlWordsAreRepeatedWhateverElseFails) {
   EXPECT_EQ(sent, 4);
 }
 
+// "New setpoint" of profile position must not come with its target: the drive applies both in its next cycle of 1 ms
+// (MSD manual 8.1.1), in an order of its own.
+TEST(CanCycleTest, ANewSetpointBitFollowsItsTarget) {
+  auto plan = axes_plan(1);
+  plan.nodes[0].rpdos.push_back(
+      {.number = 3, .transmission = 255, .exchange = PdoExchange::kOnChange, .objects = {{0x607A, 0, 32}}});
+  CycleRig rig(plan);
+  rig.motion.outputs = outputs("0F 00 01 00 00 00 00 0A 00 00 00");
+  for (int i = 0; i < 4; ++i) static_cast<void>(rig.step());
+  rig.motion.outputs = outputs("1F 00 01 00 00 00 00 0B 00 00 00");
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "303#00000000", "403#0B000000"));
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "303#00000000", "203#1F0001"));
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "303#00000000"));
+  // A target that changes in every period holds nothing up.
+  rig.motion.outputs = outputs("0F 00 01 00 00 00 00 0C 00 00 00");
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "303#00000000", "403#0C000000"));
+  rig.motion.outputs = outputs("0F 00 01 00 00 00 00 0D 00 00 00");
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "303#00000000", "403#0D000000", "203#0F0001"));
+}
+
 // 8 axes leave 265 bits, which are three control words of 3 bytes in the worst case.
 TEST(CanCycleTest, ChangesOfManyAxesAreSpreadOverPeriods) {
   CycleRig rig(axes_plan(8));

@@ -47,12 +47,19 @@ double counts_per_unit(const AxisConfig& config) {
   return (config.reversed ? -1.0 : 1.0) / config.velocity_count;
 }
 
+/// Whether the drive follows setpoints in interpolated position mode only.
+bool only_interpolates(const AxisConfig& config) noexcept {
+  return config.mode == cia402::Mode::kInterpolatedPosition && config.supported_modes &&
+         (*config.supported_modes & cia402::mode_bit(cia402::Mode::kCyclicPosition)) == 0;
+}
+
 Cia402Link::Settings link_settings(const AxisConfig& config) {
   const double sign = config.reversed ? -1.0 : 1.0;
   return {{sign * config.increments_per_unit, sign * config.rated_torque / 1000.0},
           {config.limits.max_velocity, config.limits.max_acceleration, config.limits.max_acceleration,
            config.increments_per_unit, counts_per_unit(config)},
-          needs_torque_offset(config)};
+          needs_torque_offset(config),
+          only_interpolates(config)};
 }
 
 ModeChange::Settings change_settings(const AxisConfig& config) {
@@ -89,7 +96,7 @@ bool representable(const AxisConfig& axis, double position) noexcept {
 }
 
 double dead_time_cycles(const AxisConfig& axis) noexcept {
-  return axis.mode == cia402::Mode::kCyclicPosition ? delay_of(axis) : 0.0;
+  return cia402::by_position(axis.mode) ? delay_of(axis) : 0.0;
 }
 
 const PdoConfiguration& axis_pdo_configuration() {
@@ -99,6 +106,13 @@ const PdoConfiguration& axis_pdo_configuration() {
                                                {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
                                                 {0x1A01, {{0x606C, 0, 32}, {0x60F4, 0, 32}}},
                                                 {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}}}}};
+  return kConfiguration;
+}
+
+const PdoConfiguration& can_axis_pdo_configuration() {
+  static const PdoConfiguration kConfiguration{
+      {{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}}}, {0x1601, {{0x60C1, 1, 32}}}},
+      {{0x1A00, {{0x6041, 0, 16}, {0x6064, 0, 32}}}, {0x1A01, {{0x6061, 0, 8}, {0x603F, 0, 16}}}}};
   return kConfiguration;
 }
 
@@ -149,16 +163,25 @@ bool Axis::set_mode(cia402::Mode mode) noexcept {
   if (mode == wanted_ || !can_change(mode)) return mode == wanted_;
   const bool interpolated =
       mode == cia402::Mode::kInterpolatedPosition || wanted_ == cia402::Mode::kInterpolatedPosition;
-  if (interpolated) return set_interpolation(mode);
+  if (interpolated && cia402::by_position(mode) && cia402::by_position(wanted_)) return set_interpolation(mode);
   wanted_ = mode;
   if (!enabled()) start_change();
   return true;
 }
 
-/// Changes between CSP and interpolated position. Both use the same setpoints, so no transition is needed. A change
-/// from a loop that the master closes would need one and is refused.
+/// Interpolated position is left for modes in which the drive generates the motion, and entered from them, only if it
+/// is the mode of the setpoints of the axis: another axis returns by CSP. A change between it and a loop that the
+/// master closes does not exist.
+bool Axis::reachable(cia402::Mode mode) const noexcept {
+  constexpr auto kInterpolated = cia402::Mode::kInterpolatedPosition;
+  if (mode != kInterpolated && wanted_ != kInterpolated) return true;
+  if (cia402::by_position(mode) && cia402::by_position(wanted_)) return true;
+  return config_.mode == kInterpolated && (cia402::by_drive(mode) || cia402::by_drive(wanted_));
+}
+
+/// Changes between CSP and interpolated position. Both use the same setpoints, so no transition is needed.
 bool Axis::set_interpolation(cia402::Mode mode) noexcept {
-  if (pending_ || !cia402::by_position(mode) || !cia402::by_position(mode_)) return false;
+  if (pending_ || !cia402::by_position(mode_)) return false;
   passing_ = enabled();
   mode_ = wanted_ = mode;
   note_change();

@@ -52,7 +52,7 @@ void ModeChange::begin(const Measured& measured, const Targets& last) noexcept {
   shown_ = 0;
   if (phase_ == Phase::kPending) return;
   from_ = measured.shown;
-  const bool by_position = from_ == Mode::kCyclicPosition;
+  const bool by_position = cia402::by_position(from_);
   const bool by_torque = from_ == Mode::kCyclicTorque;
   const bool on_loop = by_torque || from_ == Mode::kCyclicVelocity;
   if (phase_ == Phase::kNone) {
@@ -115,7 +115,7 @@ void ModeChange::skip(std::int64_t periods, Mode wanted) noexcept {
   if (!on_setpoints_) return_.skip(time);
   // The command was not sent, or may not have arrived: the drive would start at a position that was never measured. A
   // drive that received it without its answer arriving returns from CSP to CSV at the velocity that it has.
-  const bool to_position = from_ == Mode::kCyclicVelocity && wanted == Mode::kCyclicPosition;
+  const bool to_position = from_ == Mode::kCyclicVelocity && cia402::by_position(wanted);
   const bool unheard = !(elapsed_s_ > 0.0) || (to_position && !heard_);
   if (pending() && preparing_ == 0 && shown_ == 0 && unheard) preparing_ = kCyclesUnsettled;
 }
@@ -132,14 +132,14 @@ void ModeChange::update(const Measured& measured, Mode wanted) noexcept {
 
 /// Ends the pending phase; the axis continues from the present motion of the drive.
 void ModeChange::settle(const Measured& measured, Mode mode) noexcept {
-  if (mode == Mode::kCyclicPosition) {
+  if (cia402::by_position(mode)) {
     return_from(position_, position_velocity_);
   } else if (mode == Mode::kCyclicVelocity && std::abs(velocity_bias_) > 0.0) {
     return_from(measured.position - velocity_ * settings_.period_s, velocity_);
   }
   if (mode != Mode::kCyclicTorque) torque_bias_ = 0.0;
   leading_ = false;
-  phase_ = cyclic(mode) ? Phase::kReturning : Phase::kNone;
+  phase_ = cyclic(mode) || cia402::by_position(mode) ? Phase::kReturning : Phase::kNone;
 }
 
 trajectory::AxisSetpoint ModeChange::reference(const Measured& measured,
@@ -162,7 +162,7 @@ trajectory::AxisSetpoint ModeChange::reference(const Measured& measured,
 /// feed-forward is the velocity of the axis and not yet that of the reference.
 void ModeChange::feed(const Measured& measured, const trajectory::AxisSetpoint& reference) noexcept {
   const bool by_setpoints = led(measured);
-  const bool by_loop = pending() && measured.shown != Mode::kCyclicPosition;
+  const bool by_loop = pending() && !cia402::by_position(measured.shown);
   const double wanted = by_setpoints ? position_velocity_ : by_loop ? observed_.velocity : reference.velocity;
   const double acceleration = by_setpoints ? position_acceleration_ : reference.acceleration;
   feed_velocity_ += settings_.period_s * acceleration + kFed * (wanted - feed_velocity_);
@@ -255,7 +255,7 @@ void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept
   if (!by_torque && measured.fresh && measured.torque_known)
     torque_bias_ += kFollowed * (measured.torque - wanted.torque + accelerates - torque_bias_);
   const double demand = gradually(wanted.velocity + velocity_bias_);
-  if (!led(measured)) place(measured.shown == Mode::kCyclicPosition, demand);
+  if (!led(measured)) place(cia402::by_position(measured.shown), demand);
   velocity_ = demand;
   if (preparing_ > 0) {
     if (preparing_ > 1 || measured.fresh) --preparing_;

@@ -56,6 +56,7 @@ std::uint16_t status_word_of(AxisState state) noexcept {
 
 Cia402Link::Cia402Link(const ImagePlace& place, const PdoConfiguration& pdos, const Settings& settings)
     : scales_(settings.scales),
+      profile_targets_only_(settings.profile_targets_only),
       possible_modes_(possible_modes(pdos, settings.needs_torque_offset)),
       control_(entry<std::uint16_t>(pdos.outputs, place.output_offset, 0x6040)),
       mode_(entry<std::int8_t>(pdos.outputs, place.output_offset, 0x6060)),
@@ -114,10 +115,13 @@ void Cia402Link::write(std::span<std::byte> image, const DriveTargets& targets) 
   control_word_ = word_for(targets);
   put(control_, image, control_word_);
   put(mode_, image, static_cast<std::int8_t>(targets.mode));
-  put(target_position_, image, targets.position);
+  const auto is_due = [&](cia402::Mode mode) { return !profile_targets_only_ || targets.mode == mode; };
+  if (is_due(cia402::Mode::kProfilePosition)) put(target_position_, image, targets.position);
   put(interpolation_data_, image, targets.position);
   put(velocity_offset_, image, saturate<std::int32_t>(targets.velocity_offset * scales_.increments));
-  put(target_velocity_, image, saturate<std::int32_t>(targets.velocity * scales_.increments));
+  if (is_due(cia402::Mode::kProfileVelocity)) {
+    put(target_velocity_, image, saturate<std::int32_t>(targets.velocity * scales_.increments));
+  }
   const double permille = 1.0 / scales_.nm_per_permille;
   const auto offset = saturate<std::int16_t>(targets.torque_offset * permille);
   put(torque_offset_, image, offset);

@@ -40,10 +40,12 @@ struct AxisConfig {
   /// `slave` of a virtual axis, which has no drive: its actual position is its setpoint, its only mode CSP.
   static constexpr std::size_t kNoSlave = std::numeric_limits<std::size_t>::max();
 
-  std::string name;                                            ///< for messages and files
-  std::size_t slave = 0;                                       ///< position on the line
-  std::uint8_t drive = 0;                                      ///< number of its drive there, see object_of_drive()
-  cia402::Mode mode = cia402::Mode::kCyclicPosition;           ///< initial mode of operation; see Axis::mode()
+  std::string name;        ///< for messages and files
+  std::size_t slave = 0;   ///< position on the line
+  std::uint8_t drive = 0;  ///< number of its drive there, see object_of_drive()
+  /// Initial mode of operation, and that of its setpoints; see Axis::mode(). Drives without CSP have interpolated
+  /// position (on CANopen the MSD and the ServoOne: MSD manual 12.2).
+  cia402::Mode mode = cia402::Mode::kCyclicPosition;
   trajectory::AxisKind kind = trajectory::AxisKind::kRotary;   ///< linear: m and N instead of rad and Nm
   double increments_per_unit = 1048576.0 / 6.283185307179586;  ///< drive increments per rad or m
   double unit_per_revolution = 0.0;                            ///< rad or m per motor revolution; 0: not known
@@ -136,6 +138,10 @@ struct AxisConfig {
 /// The process data objects that drive an axis: three RxPDOs and three TxPDOs of at most 8 bytes each (MSD manual
 /// 8.3.4), sufficient for CSP, CSV and CST without remapping.
 [[nodiscard]] const PdoConfiguration& axis_pdo_configuration();
+/// The same for a drive on a CAN bus, where each bit counts: interpolated position and homing. The setpoint (RPDO 2),
+/// and status word and position (TPDO 1), are for every SYNC; control word and mode (RPDO 1), and mode display and
+/// error code (TPDO 2), for when they change.
+[[nodiscard]] const PdoConfiguration& can_axis_pdo_configuration();
 
 /// One axis: unwraps its positions, closes the loops of the master, changes modes, and exchanges with its drive through
 /// a DriveLink. A Motion refuses an axis with missing_objects().
@@ -192,7 +198,7 @@ class Axis {
   /// Whether set_mode() accepts this mode.
   [[nodiscard]] bool can_change(cia402::Mode mode) const noexcept {
     const bool movable = mode != cia402::Mode::kCyclicTorque || config_.velocity_gain > 0.0;
-    return mode == wanted_ || (possible(mode) && supports(mode) && movable && drive_.changes_mode());
+    return mode == wanted_ || (possible(mode) && supports(mode) && movable && reachable(mode) && drive_.changes_mode());
   }
   /// Whether the drive has the mode, according to AxisConfig::supported_modes.
   [[nodiscard]] bool supports(cia402::Mode mode) const noexcept {
@@ -293,6 +299,7 @@ class Axis {
   [[nodiscard]] bool possible(cia402::Mode mode) const noexcept {
     return config_.is_virtual() ? mode == cia402::Mode::kCyclicPosition : drive_.possible(mode);
   }
+  [[nodiscard]] bool reachable(cia402::Mode mode) const noexcept;
   [[nodiscard]] double followed_setpoint() const noexcept;
   [[nodiscard]] Targets targets_in_change(const trajectory::AxisSetpoint& setpoint) noexcept;
   [[nodiscard]] ModeChange::Measured measured() const noexcept;

@@ -125,9 +125,9 @@ class ModeChange {
   void hold_torque() noexcept;
   [[nodiscard]] double gradually(double velocity) const noexcept;
   void place(bool by_position, double velocity) noexcept;
-  /// Whether the drive has not left CSP yet.
+  /// Whether the drive has not left the mode of position setpoints yet.
   [[nodiscard]] bool led(const Measured& measured) const noexcept {
-    return pending() && leading_ && measured.shown == cia402::Mode::kCyclicPosition;
+    return pending() && leading_ && cia402::by_position(measured.shown);
   }
 
   Settings settings_{};

@@ -33,6 +33,11 @@ enum class Mode : std::int8_t {
   return mode == Mode::kCyclicPosition || mode == Mode::kInterpolatedPosition;
 }
 
+/// Whether the drive generates the motion itself, from requests. \rtsafe
+[[nodiscard]] constexpr bool by_drive(Mode mode) noexcept {
+  return !cyclic(mode) && !by_position(mode);
+}
+
 /// Control word commands, object 6040h (CiA 402-2 Table "Command coding").
 namespace command {
 /// Control word: to Switch on disabled.

@@ -28,6 +28,9 @@ class Cia402Link {
     DriveScales scales{};              ///< units of the drive
     ProfileObjects::Limits profile{};  ///< until ProfileObjects::set()
     bool needs_torque_offset = false;  ///< CSP and CSV are possible only with 60B2h
+    /// 607Ah and 60FFh are written only in the profile modes that use them: the drive has no cyclic mode, and their
+    /// PDOs are sent on change.
+    bool profile_targets_only = false;
   };
 
   /// `place` and `pdos` say where the objects lie in the image.
@@ -114,6 +117,7 @@ class Cia402Link {
   [[nodiscard]] std::uint16_t word_for(const DriveTargets& targets) const noexcept;
 
   DriveScales scales_;
+  bool profile_targets_only_;
   std::uint32_t possible_modes_;  ///< bit n: all objects of mode n are mapped
   std::uint16_t control_word_ = 0;
   std::uint16_t status_word_ = 0;   ///< of the last valid exchange

@@ -316,9 +316,10 @@ class SingleAxis {
   [[nodiscard]] bool change_mode(cia402::Mode mode) noexcept;
   void advance_mode() noexcept;
   void judge_mode() noexcept;
-  /// From interpolated position the drive can change to CSP only.
+  /// From interpolated position the drive can change to CSP only, unless it is the mode of its setpoints.
   [[nodiscard]] bool mode_may_change() const noexcept {
-    return !changing_mode_ && axis_->mode() != cia402::Mode::kInterpolatedPosition;
+    const auto interpolated = cia402::Mode::kInterpolatedPosition;
+    return !changing_mode_ && (axis_->mode() != interpolated || axis_->config().mode == interpolated);
   }
   [[nodiscard]] bool eases() const noexcept;
   void restore_mode() noexcept;
