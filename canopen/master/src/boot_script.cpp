@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "driveline/canopen_master/plan_check.hpp"
 #include "pdo_script.hpp"
 
 namespace driveline::canopen {
@@ -19,7 +20,7 @@ constexpr KnownEntry kSyncPeriod{{0x1006, 0}, 4};
 constexpr std::uint16_t kConsumers = 0x1016;
 constexpr std::uint16_t kIdentity = 0x1018;
 constexpr std::uint8_t kMostConsumers = 127;
-constexpr std::uint8_t kLastSynchronous = 240;
+constexpr std::uint32_t kConsumerTime = 0xFFFF;  ///< bits of the time in an entry of 1016h
 
 /// The first four bytes as a number.
 std::uint32_t number_of(std::span<const std::byte> data) noexcept {
@@ -260,8 +261,7 @@ void BootScript::watch_master(const Consumers& consumers) const {
   if (std::find(consumers.begin(), consumers.end(), wanted) != consumers.end()) return;
   auto place = std::find_if(consumers.begin(), consumers.end(), [&](auto one) { return producer_of(one) == master; });
   if (place == consumers.end()) {
-    constexpr std::uint32_t kTime = 0xFFFF;
-    place = std::find_if(consumers.begin(), consumers.end(), [](auto one) { return (one & kTime) == 0; });
+    place = std::find_if(consumers.begin(), consumers.end(), [](auto one) { return (one & kConsumerTime) == 0; });
   }
   if (place != consumers.end()) {
     return write({{kConsumers, static_cast<std::uint8_t>(place - consumers.begin() + 1)}}, wanted, *place);

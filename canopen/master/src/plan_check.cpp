@@ -1,7 +1,7 @@
 #include "driveline/canopen_master/plan_check.hpp"
 
 #include <algorithm>
-#include <map>
+#include <set>
 
 namespace driveline::canopen {
 namespace {
@@ -10,7 +10,6 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kLongestTime{0xFFFF};  ///< of 100Ch, 1016h and 1017h
 constexpr std::uint16_t kMostPdos = 512;
-constexpr std::uint8_t kLastSynchronous = 240;
 constexpr std::uint8_t kFirstAsynchronous = 254;
 
 /// Collects the faults of a plan.
@@ -19,7 +18,8 @@ class PlanCheck {
   explicit PlanCheck(const MasterPlan& plan) : plan_(&plan) {}
 
   [[nodiscard]] NodeErrors run() {
-    note_user(plan_->sync_identifier, {});
+    users_.insert(plan_->sync_identifier);
+    for (const auto& node : plan_->nodes) users_.insert(static_cast<std::uint16_t>(predefined::kEmergency + node.id));
     for (node_ = 0; node_ < plan_->nodes.size(); ++node_) {
       check_node_id();
       check_error_control();
@@ -38,8 +38,6 @@ class PlanCheck {
     error.fault = fault;
     return errors_.emplace_back(error);
   }
-
-  void note_user(std::uint16_t identifier, std::size_t node) { users_.emplace(identifier, node); }
 
   void check_node_id() {
     const auto id = node().id;
@@ -103,7 +101,7 @@ class PlanCheck {
     }
     const auto identifier = pdo_identifier(pdo, rpdo, node().id);
     const Identifier full{identifier};
-    const bool used = !users_.emplace(identifier, node_).second;
+    const bool used = !users_.insert(identifier).second;
     if (identifier == 0 || !full.valid() || is_restricted(full) || used) {
       add(PlanFault::kPdoIdentifier, pdo, rpdo).found = identifier;
     }
@@ -111,7 +109,7 @@ class PlanCheck {
 
   const MasterPlan* plan_;
   std::size_t node_ = 0;
-  std::map<std::uint16_t, std::size_t> users_;  ///< of each identifier
+  std::set<std::uint16_t> users_;  ///< identifiers of other messages
   NodeErrors errors_;
 };
 

@@ -91,6 +91,7 @@ void ProcessExchange::dispatch(const ReceivedFrame& received) noexcept {
     case TpdoInputs::Kind::kOwn:
       ++foreign_;
       counters_.foreign.add();
+      acyclic_.deliver(received);  // the owner tells of it
       break;
     case TpdoInputs::Kind::kOther:
       acyclic_.deliver(received);

@@ -30,7 +30,7 @@ struct PdoPlan {
   std::optional<std::uint16_t> inhibit_100us{};  ///< TPDO: inhibit time, in 100 us; none: that of the node
   std::optional<std::uint16_t> event_ms{};       ///< TPDO: event timer; none: that of the node
   /// Mapping; empty: that of the node, which is read when it boots.
-  std::vector<motion::MappedObject> objects;
+  std::vector<motion::MappedObject> objects{};
 };
 
 /// How the master finds out that a node is gone, and the node that the master is.
@@ -64,11 +64,11 @@ struct NodePlan {
   std::optional<std::uint32_t> revision{};       ///< 1018h:03: same major revision, minor revision not lower
   std::optional<std::uint32_t> serial_number{};  ///< 1018h:04
   /// @}
-  std::vector<motion::StartupSdo> startup_sdos;  ///< written in Pre-operational, in their order, before the PDOs
-  std::vector<PdoPlan> rpdos;                    ///< sent by the master, in the order of the image of outputs
-  std::vector<PdoPlan> tpdos;                    ///< sent by the node, in the order of the image of inputs
-  ErrorControlPlan error_control{};              ///< how a lost node is noticed
-  NodeTimeouts timeouts{};                       ///< limits of its requests
+  std::vector<motion::StartupSdo> startup_sdos{};  ///< written in Pre-operational, in their order, before the PDOs
+  std::vector<PdoPlan> rpdos{};                    ///< sent by the master, in the order of the image of outputs
+  std::vector<PdoPlan> tpdos{};                    ///< sent by the node, in the order of the image of inputs
+  ErrorControlPlan error_control{};                ///< how a lost node is noticed
+  NodeTimeouts timeouts{};                         ///< limits of its requests
   bool optional = false;  ///< the line starts without the node; it joins when its boot-up message comes
 };
 
@@ -79,7 +79,7 @@ struct MasterPlan {
   std::uint16_t sync_identifier = 0x80;                            ///< identifier of SYNC
   std::uint8_t master_id = 127;                   ///< node-ID of the master, for its heartbeat; not one of a node
   std::chrono::milliseconds master_heartbeat{0};  ///< interval of the heartbeat of the master; 0: none
-  std::vector<NodePlan> nodes;                    ///< in the order of the line description
+  std::vector<NodePlan> nodes{};                  ///< in the order of the line description
 };
 
 }  // namespace driveline::canopen

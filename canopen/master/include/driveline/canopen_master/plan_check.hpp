@@ -5,6 +5,9 @@
 
 namespace driveline::canopen {
 
+/// The last transmission type of PDOs that go with SYNC (CiA 301 7.5.2.35).
+inline constexpr std::uint8_t kLastSynchronous = 240;
+
 /// The identifier of a PDO of a node: that of the plan, or that of the predefined connection set; 0: it has neither.
 /// `rpdo`: one that the node receives. \rtsafe
 [[nodiscard]] constexpr std::uint16_t pdo_identifier(const PdoPlan& pdo, bool rpdo, std::uint8_t node) noexcept {
