@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "demand_judge.hpp"
-#include "demand_watch.hpp"
+#include "demand_sequence.hpp"
 #include "drive_line.hpp"
 #include "fault_ports.hpp"
 #include "startup_objects.hpp"
@@ -29,50 +29,12 @@
 namespace driveline::bus_test {
 namespace {
 
-using motion::AxisCommand;
-using motion::AxisRequest;
-using motion::BufferMode;
-using motion::PlcopenState;
-using motion::ProbeTrigger;
-using motion::RequestPhase;
 using motion::cia402::Mode;
-using slaves::msd::Fault;
 using slaves::msd::Input;
-using slaves::msd::MachineInput;
 using slaves::msd::MachineSwitch;
 using slaves::msd::Variant;
 
-constexpr std::size_t kAxes = 3;
-constexpr int kCycles = 8000;  ///< one second
-constexpr nanoseconds kPeriod = microseconds{125};
-constexpr trajectory::AxisLimits kLimits{50.0, 1000.0};
-constexpr std::size_t kCommands = static_cast<std::size_t>(AxisCommand::kDriveMoveVelocity) + 1;  // for random requests
-constexpr std::size_t kAllCommands = static_cast<std::size_t>(AxisCommand::kDriveRun) + 1;
-static_assert(kAllCommands == kCommands + 2, "kHaltSuperimposed and kDriveRun have times of their own");
-constexpr double kMaxLoad = 0.08;  ///< Nm
 constexpr double kTurn = 6.283185307179586;
-
-/// Makes random steps, which no feed should.
-class WildFeed final : public motion::SetpointFeed {
- public:
-  explicit WildFeed(unsigned seed) : random_(seed) {}
-  [[nodiscard]] std::size_t axis_count() const noexcept override { return at_.size(); }
-  void join(std::size_t axis, const trajectory::AxisSetpoint& from) noexcept override { at_[axis] = from; }
-  void leave(std::size_t) noexcept override {}
-  [[nodiscard]] bool next(double period_s, std::span<trajectory::AxisSetpoint> setpoints) noexcept override {
-    for (std::size_t i = 0; i < setpoints.size(); ++i) {
-      if (random_() % 200 == 0) at_[i].velocity = static_cast<double>(random_() % 121) - 60.0;
-      if (random_() % 500 == 0) at_[i].position += static_cast<double>(random_() % 21) - 10.0;
-      at_[i].position += at_[i].velocity * period_s;
-      setpoints[i] = at_[i];
-    }
-    return random_() % 2000 != 0;
-  }
-
- private:
-  std::mt19937 random_;
-  std::array<trajectory::AxisSetpoint, 2> at_{};
-};
 
 /// The configuration of the line of a sequence.
 struct Scene {
@@ -116,7 +78,7 @@ Scene make_scene(std::mt19937& random, motion::SetpointFeed& feed) {
   set_object(options, 0x6081, 0, increments(20.0));
   set_object(options, 0x6083, 0, increments(700.0));
   set_object(options, 0x6084, 0, increments(800.0));
-  set_object(options, 0x6085, 0, increments(kLimits.max_acceleration));
+  set_object(options, 0x6085, 0, increments(kDemandLimits.max_acceleration));
   count_in_rpm(options);
   set_object(options, 0x6098, 0, static_cast<std::int8_t>(kMethods[random() % kMethods.size()]));
   set_object(options, 0x6099, 1, increments(4.0 * kTurn));
@@ -130,241 +92,47 @@ Scene make_scene(std::mt19937& random, motion::SetpointFeed& feed) {
   return scene;
 }
 
-/// Coverage of the campaign.
-struct Coverage {
-  std::array<std::uint64_t, kAllCommands> taken{};  ///< requests that were not refused, by command
-  std::array<std::uint64_t, 11> modes{};            ///< cycles of enabled drives, by 6061h
-  std::uint64_t judged = 0;
-};
-
-/// One second of motion of three axes.
-class Sequence {
+/// Three drives on EtherCAT.
+class EtherCatDemandLine {
  public:
-  Sequence(unsigned seed, Coverage& coverage)
-      : random_(seed),
-        halts_(seed + 2),
-        runs_(seed + 3),
-        feed_(seed + 1),
-        scene_(make_scene(random_, feed_)),
-        coverage_(coverage),
-        drives_(kAxes, {}, {}, std::nullopt, scene_.options.variant, 0.0, scene_.switches),
-        outwards_(drives_.line(), LossyPort::Direction::kOut,
-                  [this](auto, auto) { return lost_ > 0 && lost_outwards_; }),
-        port_(outwards_, LossyPort::Direction::kBack, [this](auto, auto) { return lost_ > 0; }),
-        operation_(drives_, port_, scene_.options) {
-    for (std::size_t i = 0; i < kAxes; ++i) {
-      watches_.emplace_back(drives_.drive(i), kLimits);
-      load_[i] = number(-kMaxLoad, kMaxLoad);
-    }
-  }
+  static constexpr nanoseconds kPeriod = microseconds{125};
+  static constexpr int kCycles = 8000;  ///< one second
 
-  /// The first finding; empty: there is none.
-  [[nodiscard]] std::string execute() {
-    if (const auto done = operation_.to_op(); !done) return sentence(done);
-    for (int i = 0; i < 100; ++i) cycle();
-    for (std::size_t axis = 0; axis < kAxes; ++axis) submit(axis, AxisCommand::kPower);
-    for (int i = 0; i < kCycles; ++i) {
-      if (chance(60)) ask();
-      if (halt_at_ == now_) halt_on_top();
-      if (runs_() % 300 == 0) run_by_frequency();
-      harm();
-      const bool missed = chance(150);
-      if (missed) {
-        miss(1 + static_cast<int>(pick(chance(4) ? 12 : 5)));
-      } else {
-        lost_ = chance(40) ? 1 + static_cast<int>(pick(chance(8) ? 12 : 4)) : std::max(lost_ - 1, 0);
-        lost_outwards_ = chance(2);
-        cycle();
-      }
-      for (std::size_t axis = 0; axis < kAxes; ++axis) {
-        const auto& finding = watches_[axis].finding();
-        if (!finding.empty()) return "axis " + std::to_string(axis) + ": " + finding;
-      }
-    }
-    for (const auto& watch : watches_) coverage_.judged += watch.judged();
-    return {};
-  }
+  EtherCatDemandLine(std::mt19937& random, motion::SetpointFeed& feed)
+      : scene_(make_scene(random, feed)),
+        drives_(kDemandAxes, {}, {}, std::nullopt, scene_.options.variant, 0.0, scene_.switches),
+        outwards_(drives_.line(), LossyPort::Direction::kOut, [this](auto, auto) { return lose_out_; }),
+        port_(outwards_, LossyPort::Direction::kBack, [this](auto, auto) { return lose_back_; }),
+        operation_(drives_, port_, scene_.options) {}
 
- private:
-  [[nodiscard]] std::size_t pick(std::size_t of) { return random_() % of; }
-  [[nodiscard]] bool chance(std::size_t one_in) { return pick(one_in) == 0; }
-  [[nodiscard]] double number(double from, double to) { return std::uniform_real_distribution(from, to)(random_); }
-  [[nodiscard]] motion::SingleAxes& axes() { return operation_.single_axes(); }
-
-  void look() {
-    for (std::size_t i = 0; i < kAxes; ++i) {
-      watches_[i].look(drives_.clock.now());
-      const auto& drive = drives_.drive(i);
-      // Negative modes, which are not counted, become large.
-      const auto mode = static_cast<unsigned char>(drive.dictionary().get(slaves::msd::kValue.mode_display));
-      if (drive.power_on() && mode < coverage_.modes.size()) ++coverage_.modes[mode];
-    }
-  }
+  [[nodiscard]] std::string start() { return sentence(operation_.to_op()); }
   void cycle() {
     operation_.cycle();
     // Advance to a fixed point in the period at which neither a control step of the drives nor a frame is due.
-    const auto place = drives_.clock.now() / kPeriod * kPeriod + microseconds{110};
-    drives_.leave_alone(std::max(place - drives_.clock.now(), nanoseconds{0}));
-    look();
-    ++now_;
-    note_taken(asked_);
-    note_taken(halted_);
-    note_taken(ran_);
-    load();
-    for (std::size_t i = 0; i < kAxes; ++i) {
-      if (blocked_[i] == 0 || --blocked_[i] > 0) continue;
-      drives_.drive(i).set_machine_input(MachineInput::kAxisBlocked, 0.0);
-    }
+    const auto place = now() / kPeriod * kPeriod + microseconds{110};
+    drives_.leave_alone(std::max(place - now(), nanoseconds{0}));
   }
-  void miss(int periods) {
-    for (int i = 0; i < periods; ++i) {
-      drives_.leave_alone(kPeriod);
-      look();
-    }
-    drives_.leave_alone(microseconds{15});
-    cycle();
+  void stay_away() { drives_.leave_alone(kPeriod); }
+  void come_late() { drives_.leave_alone(microseconds{15}); }
+  void lose(bool out, bool back) {
+    lose_out_ = out;
+    lose_back_ = back;
   }
+  [[nodiscard]] bool takes_profile_settings() const { return !scene_.interpolates; }
+  [[nodiscard]] slaves::msd::DriveCore& drive(std::size_t axis) { return drives_.drive(axis); }
+  [[nodiscard]] motion::SingleAxes& axes() { return operation_.single_axes(); }
+  [[nodiscard]] nanoseconds now() { return drives_.clock.now(); }
 
-  /// A weight that the drive takes over from a brake, and returns to it.
-  void load() {
-    constexpr double kStep = kMaxLoad / 400;
-    for (std::size_t i = 0; i < kAxes; ++i) {
-      auto& drive = drives_.drive(i);
-      const bool carries = drive.motion().command() != slaves::MotionCommand::kOff;
-      carried_[i] = carries ? carried_[i] + std::clamp(load_[i] - carried_[i], -kStep, kStep) : 0.0;
-      drive.set_machine_input(MachineInput::kLoad, carried_[i]);
-    }
-  }
-
-  /// Random faults of a drive.
-  void harm() {
-    static constexpr std::array kFaults{Fault::kFollowingError, Fault::kMotorTemperature, Fault::kOvercurrent,
-                                        Fault::kPositiveLimitSwitch, Fault::kAmplifierTemperature};
-    if (!chance(1200)) return;
-    const auto axis = pick(kAxes);
-    auto& drive = drives_.drive(axis);
-    if (chance(3)) {
-      // Blocked for some cycles; not judged until it has reached its setpoint again.
-      blocked_[axis] = 1 + static_cast<int>(pick(400));
-      drive.set_machine_input(MachineInput::kAxisBlocked, 1.0);
-      watches_[axis].disturb(drives_.clock.now() + blocked_[axis] * kPeriod + milliseconds{400});
-      return;
-    }
-    drive.raise(kFaults[pick(kFaults.size())]);
-  }
-
-  std::uint64_t submit(std::size_t axis, AxisCommand command) {
-    AxisRequest request;
-    request.command = command;
-    return axes().submit(axis, request);
-  }
-
-  /// Requests that start at standstill are rare among all requests, and so are axes at standstill.
-  [[nodiscard]] AxisCommand any_command(PlcopenState state) {
-    static constexpr std::array kAtRest{AxisCommand::kHome, AxisCommand::kHomeByProbe, AxisCommand::kDriveMoveAbsolute,
-                                        AxisCommand::kDriveMoveRelative, AxisCommand::kDriveMoveVelocity};
-    if (state == PlcopenState::kStandstill && chance(2)) return kAtRest[pick(kAtRest.size())];
-    return static_cast<AxisCommand>(pick(kCommands));
-  }
-
-  void ask() {
-    const auto axis = pick(kAxes);
-    AxisRequest request;
-    request.command = any_command(axes().axis_report(axis).state);
-    request.buffer = static_cast<BufferMode>(pick(6));
-    request.on = !chance(4);
-    request.target_si = number(-30.0, 30.0);
-    if (request.command == AxisCommand::kSetOverride) request.target_si = number(-0.1, 2.1);
-    // With its load, the acceleration stays within the limits.
-    if (request.command == AxisCommand::kTorque) request.target_si = number(-0.15, 0.15);
-    request.mode = static_cast<std::int8_t>(7 + pick(4));
-    request.trigger = std::array{ProbeTrigger::kFirstRising, ProbeTrigger::kFirstFalling, ProbeTrigger::kSecondRising,
-                                 ProbeTrigger::kZeroPulse}[pick(4)];
-    request.distance_si = number(-8.0, 8.0);
-    const bool by_drive = request.command >= AxisCommand::kDriveMoveAbsolute;
-    if (chance(2)) request.velocity_si = number(0.01, 50.0);
-    if (chance(3)) request.acceleration_si = number(50.0, 1000.0);
-    if (!by_drive && chance(3)) request.deceleration_si = number(50.0, 1000.0);
-    if (!by_drive && chance(3)) request.jerk_si = std::exp(number(8.0, 14.0));
-    // A drive stops at each of its targets.
-    if (by_drive && blends(request.buffer)) request.buffer = BufferMode::kBuffered;
-    if (by_drive && scene_.interpolates) request.velocity_si = request.acceleration_si = 0.0;
-    asked_ = {axes().submit(axis, request), now_, request.command};
-    if (request.command == AxisCommand::kMoveSuperimposed) may_halt_on_top(axis);
-    keep_going();
-  }
-
-  /// Halts superimposed motions sometimes, with its own random numbers, so that existing seeds keep their sequences.
-  void may_halt_on_top(std::size_t axis) {
-    if (halts_() % 3 != 0) return;
-    halt_axis_ = axis;
-    halt_at_ = now_ + 10 + static_cast<std::int64_t>(halts_() % 400);
-  }
-  void halt_on_top() {
-    halted_ = {submit(halt_axis_, AxisCommand::kHaltSuperimposed), now_, AxisCommand::kHaltSuperimposed};
-    halt_at_ = -1;
-  }
-
-  /// Uses velocity mode, also with its own random numbers, from standstill and on to another velocity.
-  void run_by_frequency() {
-    const auto axis = runs_() % kAxes;
-    AxisRequest request;
-    request.command = AxisCommand::kDriveRun;
-    request.target_si = std::uniform_real_distribution(-40.0, 40.0)(runs_);
-    ran_ = {axes().submit(axis, request), now_, request.command};
-  }
-
-  /// Re-enables axes, because a campaign whose axes are off has nothing to judge.
-  void keep_going() {
-    const auto axis = pick(kAxes);
-    const auto state = axes().axis_report(axis).state;
-    if (state == PlcopenState::kErrorStop) submit(axis, AxisCommand::kReset);
-    if (state == PlcopenState::kDisabled) submit(axis, AxisCommand::kPower);
-    if (state == PlcopenState::kStopping && chance(3)) submit(axis, AxisCommand::kReleaseStop);
-  }
-  struct Asked {
-    std::uint64_t id = 0;
-    std::int64_t cycle = 0;
-    AxisCommand command{};
-  };
-  void note_taken(Asked& asked) {
-    if (asked.id == 0 || now_ < asked.cycle + 3) return;
-    const auto phase = axes().report(asked.id).phase;
-    if (phase != RequestPhase::kError && phase != RequestPhase::kUnknown)
-      ++coverage_.taken[static_cast<std::size_t>(asked.command)];
-    asked.id = 0;
-  }
-
-  std::mt19937 random_;
-  std::mt19937 halts_;
-  std::mt19937 runs_;
-  WildFeed feed_;
+ private:
   Scene scene_;
-  Coverage& coverage_;
   DriveLine drives_;
+  bool lose_out_ = false;
+  bool lose_back_ = false;
   LossyPort outwards_;
   LossyPort port_;
   LineOperation operation_;
-  std::vector<DemandWatch> watches_;
-  std::array<double, kAxes> load_{};     ///< Nm
-  std::array<double, kAxes> carried_{};  ///< present part of it, Nm
-  std::array<int, kAxes> blocked_{};
-  Asked asked_{};
-  Asked halted_{};
-  Asked ran_{};
-  std::size_t halt_axis_ = 0;
-  std::int64_t halt_at_ = -1;
-  std::int64_t now_ = 0;
-  int lost_ = 0;
-  bool lost_outwards_ = false;
 };
-
-/// Prints progress if there are many runs.
-void tell_progress(unsigned done, unsigned runs) {
-  constexpr unsigned kMany = 2000;
-  if (runs < kMany || done % (runs / 20) != 0) return;
-  std::fprintf(stderr, "%u of %u sequences\n", done, runs);
-}
+using Sequence = DemandSequence<EtherCatDemandLine>;
 
 /// Number of sequences that cover all requests.
 constexpr unsigned kCovering = 60;
@@ -373,7 +141,7 @@ TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
   const auto runs = test::environment("DRIVELINE_CAMPAIGN_RUNS", test::share_of(kCovering));
   const auto first = test::environment("DRIVELINE_CAMPAIGN_SEED", 1);
   constexpr int kEnough = 20;  // failures to report
-  Coverage coverage;
+  DemandCoverage coverage;
   int failed = 0;
   for (unsigned seed = first; seed < first + runs && failed < kEnough; ++seed) {
     Sequence sequence(seed, coverage);
@@ -386,7 +154,8 @@ TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
   for (std::size_t i = 0; i < kAllCommands; ++i)
     EXPECT_GT(coverage.taken[i], 0U) << to_text(static_cast<AxisCommand>(i)) << ": always refused";
   for (const auto mode : {1U, 2U, 3U, 6U, 7U, 8U, 9U, 10U}) EXPECT_GT(coverage.modes[mode], 0U) << "mode " << mode;
-  EXPECT_GT(coverage.judged, std::uint64_t{runs} * kCycles) << "the axes hardly moved: nothing was judged";
+  EXPECT_GT(coverage.judged, std::uint64_t{runs} * EtherCatDemandLine::kCycles)
+      << "the axes hardly moved: nothing was judged";
 }
 
 /// Seeds of former violations. Frames lost while an axis returned to its setpoints after a change of mode; a master
@@ -404,7 +173,7 @@ TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
 /// switched on, after missed periods (4081424, 5075995). A motion requested when a drive had just entered velocity
 /// mode, under a load (4191686).
 TEST(DemandCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
-  Coverage coverage;
+  DemandCoverage coverage;
   constexpr std::array kSeeds{1731U,   2452U,  3224U,  3433U,    6446U,    1732U,    3367U,    4663U,
                               10491U,  10845U, 13372U, 14484U,   16028U,   30041U,   17918U,   7595U,
                               10607U,  10889U, 11368U, 12231U,   16721U,   13163U,   13489U,   102035U,

@@ -22,6 +22,10 @@ double setpoint_delay_cycles(const SetpointDelays& delays) noexcept {
   return cycles;
 }
 
+double can_setpoint_delay_cycles(std::chrono::nanoseconds period, unsigned interpolation) noexcept {
+  return setpoint_delay_cycles({period, 1, interpolation, period});
+}
+
 SetpointHistory::SetpointHistory(double delay_cycles)
     : positions_(static_cast<std::size_t>(std::max(delay_cycles, 0.0)) + 2),
       whole_(positions_.size() - 2),

@@ -24,6 +24,11 @@ struct SetpointDelays {
 /// Cycles between computing a setpoint and reading the actual position that belongs to it.
 [[nodiscard]] double setpoint_delay_cycles(const SetpointDelays& delays) noexcept;
 
+/// The same for a drive on a CAN bus that takes its setpoints with SYNC: a setpoint is computed with the answers to one
+/// SYNC, sent behind the next one, and applied at the one after that (CiA 301 7.2.2.2). `interpolation` as in
+/// SetpointDelays.
+[[nodiscard]] double can_setpoint_delay_cycles(std::chrono::nanoseconds period, unsigned interpolation) noexcept;
+
 /// The setpoints of the last cycles, for comparison with actual positions. The constructor allocates all memory;
 /// everything else is \rtsafe.
 class SetpointHistory {

@@ -1,0 +1,102 @@
+// The sequences of DemandCampaign on a CAN bus: all requests, faults of drives, lost frames and missed periods, with
+// the same judge of what the drives demand.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <random>
+#include <string>
+
+#include "axis_line.hpp"
+#include "demand_judge.hpp"
+#include "demand_sequence.hpp"
+#include "driveline/motion/axis/startup_sdos.hpp"
+#include "support/campaign.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+/// Three drives at 2 ms, in interpolated position mode; without all frames, or without the answers of some drives.
+class CanDemandLine {
+ public:
+  static constexpr nanoseconds kPeriod = milliseconds{2};
+  static constexpr int kCycles = 1000;
+
+  CanDemandLine(std::mt19937& random, motion::SetpointFeed& feed)
+      : losses_(static_cast<std::uint32_t>(random())), line_(options(random, feed)) {
+    line_.samples = false;
+    line_.port().lose_sent = [this](const canopen::Frame&) { return lose_out_; };
+    line_.port().lose_received = [this](const canopen::Frame& frame) {
+      const auto node = frame.identifier.value - 0x180;
+      return node < 128 && (lost_answers_ >> (node - 3) & 1U) != 0;
+    };
+  }
+
+  [[nodiscard]] std::string start() {
+    auto failure = line_.configure();
+    if (failure.empty()) line_.start_cycle();
+    return failure;
+  }
+  void cycle() {
+    line_.cycle();
+    // All frames of the period have passed.
+    const auto place = now() / kPeriod * kPeriod + microseconds{1900};
+    line_.leave_alone(std::max(place - now(), nanoseconds{0}));
+  }
+  void stay_away() { line_.leave_alone(kPeriod); }
+  void come_late() { line_.leave_alone(microseconds{150}); }
+  void lose(bool out, bool back) {
+    lose_out_ = out;
+    lost_answers_ = back ? static_cast<std::uint32_t>(losses_()) | 1U : 0U;
+  }
+  [[nodiscard]] bool takes_profile_settings() const { return true; }
+  [[nodiscard]] slaves::msd::DriveCore& drive(std::size_t axis) { return line_.drive(axis); }
+  [[nodiscard]] motion::SingleAxes& axes() { return line_.single_axes(); }
+  [[nodiscard]] nanoseconds now() { return line_.clock.now(); }
+
+ private:
+  /// Reactions of a drive on its own are set no harder than the limits of its axis.
+  static CanAxesOptions options(std::mt19937& random, motion::SetpointFeed& feed) {
+    const auto increments = [](double value) { return static_cast<std::uint32_t>(value * kDemandIncrements); };
+    CanAxesOptions made;
+    made.axes = kDemandAxes;
+    made.variant = random() % 4 == 0 ? slaves::msd::Variant::kServoOne : slaves::msd::Variant::kMsd;
+    made.profile = random() % 2 == 0;
+    made.single_axes = true;
+    made.limits = kDemandLimits;
+    made.feed = &feed;
+    made.startup = {motion::startup_sdo(0x6084, 0, increments(800.0)),
+                    motion::startup_sdo(0x6085, 0, increments(kDemandLimits.max_acceleration)),
+                    motion::startup_sdo(0x6098, 0, std::int8_t{37})};
+    return made;
+  }
+
+  std::mt19937 losses_;
+  CanAxisLine line_;
+  bool lose_out_ = false;
+  std::uint32_t lost_answers_ = 0;
+};
+
+/// Number of sequences that cover the modes.
+constexpr unsigned kCoveringOnCan = 24;
+
+TEST(CanDemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
+  const auto runs = test::environment("DRIVELINE_CAMPAIGN_RUNS", test::share_of(kCoveringOnCan));
+  const auto first = test::environment("DRIVELINE_CAMPAIGN_SEED", 1);
+  constexpr int kEnough = 20;  // failures to report
+  DemandCoverage coverage;
+  int failed = 0;
+  for (unsigned seed = first; seed < first + runs && failed < kEnough; ++seed) {
+    DemandSequence<CanDemandLine> sequence(seed, coverage);
+    const auto finding = sequence.execute();
+    EXPECT_EQ(finding, "") << "seed " << seed;
+    if (!finding.empty()) ++failed;
+    tell_progress(seed - first + 1, runs);
+  }
+  if (runs < kCoveringOnCan || failed > 0) return;
+  for (const auto mode : {1U, 3U, 6U, 7U}) EXPECT_GT(coverage.modes[mode], 0U) << "mode " << mode;
+  for (const auto mode : {8U, 9U, 10U}) EXPECT_EQ(coverage.modes[mode], 0U) << "mode " << mode;
+  EXPECT_GT(coverage.judged, std::uint64_t{runs} * CanDemandLine::kCycles) << "the axes hardly moved";
+}
+
+}  // namespace
+}  // namespace driveline::bus_test
