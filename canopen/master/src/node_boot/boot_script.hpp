@@ -61,8 +61,8 @@ class BootScript {
   void compare(const motion::StartupSdo& sdo) const;
   void write(const motion::StartupSdo& sdo, std::uint32_t found) const;
   void sync() const;
-  void read_consumers(std::uint8_t subindex, std::size_t count, std::shared_ptr<Consumers> values,
-                      std::function<void(const Consumers&)> then) const;
+  void read_consumers(std::uint8_t subindex, std::size_t count, const std::shared_ptr<Consumers>& values,
+                      const std::function<void(const Consumers&)>& then) const;
   void with_consumers(std::function<void(const Consumers&)> then, bool needed) const;
   void watch_master(const Consumers& consumers) const;
   void forget_master(const Consumers& consumers) const;

@@ -229,8 +229,8 @@ void BootScript::sync() const {
   });
 }
 
-void BootScript::read_consumers(std::uint8_t subindex, std::size_t count, std::shared_ptr<Consumers> values,
-                                std::function<void(const Consumers&)> then) const {
+void BootScript::read_consumers(std::uint8_t subindex, std::size_t count, const std::shared_ptr<Consumers>& values,
+                                const std::function<void(const Consumers&)>& then) const {
   if (subindex > count) return then(*values);
   read({{kConsumers, subindex}}, [self = *this, subindex, count, values, then](std::optional<std::uint32_t> value) {
     // An entry that cannot be read is one that cannot be used: it counts as one of node-ID 0 that is busy.

@@ -94,8 +94,8 @@ void PdoScript::read_mapping(Place place, const Shared& found, std::function<voi
       return self.script_.fail(error);
     }
     found->objects.clear();
-    for (std::uint8_t i = 1; i <= count; ++i) {
-      self.script_.demand(self.mapping(place, i),
+    for (std::uint32_t i = 1; i <= count; ++i) {
+      self.script_.demand(self.mapping(place, static_cast<std::uint8_t>(i)),
                           [found](std::uint32_t value) { found->objects.push_back(MappedObject::from_raw(value)); });
     }
     self.script_.call(then);
@@ -194,7 +194,7 @@ void PdoScript::set_time(Place place, std::uint8_t subindex, std::optional<std::
 
 void PdoScript::switch_off_others(bool rpdo) const {
   const auto& planned = rpdo ? script_.plan().rpdos : script_.plan().tpdos;
-  for (std::uint16_t number = 1; number <= predefined::kTxPdo.size(); ++number) {
+  for (std::size_t number = 1; number <= predefined::kTxPdo.size(); ++number) {
     if (std::any_of(planned.begin(), planned.end(), [&](const PdoPlan& pdo) { return pdo.number == number; })) continue;
     const unsigned first = rpdo ? kRpdoCommunication : kTpdoCommunication;
     const KnownEntry entry{{static_cast<std::uint16_t>(first + number - 1U), 1}, 4};
