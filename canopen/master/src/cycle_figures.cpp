@@ -28,7 +28,7 @@ nanoseconds cost_of(const PeriodRecord& record) noexcept {
 
 }  // namespace
 
-CycleFigures::CycleFigures(const CanCycle::Settings& settings, nanoseconds period, motion::SampleRings rings,
+CycleFigures::CycleFigures(const CanCycleSettings& settings, nanoseconds period, motion::SampleRings rings,
                            const motion::MotionControl* motion)
     : sample_every_(settings.sample_every),
       recorder_(settings.recorder),

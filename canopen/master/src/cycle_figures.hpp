@@ -4,19 +4,22 @@
 #include <chrono>
 #include <cstdint>
 
-#include "driveline/canopen_master/can_cycle.hpp"
+#include "driveline/canopen_master/can_cycle_settings.hpp"
+#include "driveline/motion/control/motion_control.hpp"
+#include "driveline/motion/cycle/cycle_statistics.hpp"
+#include "driveline/motion/cycle/sample_rings.hpp"
 #include "period_record.hpp"
 
 namespace driveline::canopen {
 
-/// What a CanCycle tells of its periods: statistics, trace, samples and the flight recorder.
+/// What the cycle tells of its periods: statistics, trace, samples and the flight recorder.
 class CycleFigures {
  public:
   /// `motion` may be null. What settings and rings point to must outlive this.
-  CycleFigures(const CanCycle::Settings& settings, std::chrono::nanoseconds period, motion::SampleRings rings,
+  CycleFigures(const CanCycleSettings& settings, std::chrono::nanoseconds period, motion::SampleRings rings,
                const motion::MotionControl* motion);
 
-  /// As CanCycle::count(). Any thread. \rtsafe
+  /// Switches the statistics on or off from the next cycle on. Any thread. \rtsafe
   void count(bool on) noexcept;
   /// Takes over count(); to be called at the start of a cycle. `present`: the period that has not been finished.
   /// \rtsafe

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "driveline/canopen_master/can_cycle.hpp"
+#include "driveline/canopen_master/node_report.hpp"
 #include "driveline/rt/counter.hpp"
 
 namespace driveline::canopen {

@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <optional>
 
-#include "driveline/canopen_master/can_cycle.hpp"
+#include "driveline/canopen_master/acyclic_port.hpp"
+#include "driveline/canopen_master/node_report.hpp"
+#include "driveline/canopen_master/pdo_image.hpp"
 #include "driveline/rt/counter.hpp"
 #include "node_table.hpp"
 #include "period_room.hpp"

@@ -4,17 +4,14 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 #include "driveline/canopen_master/acyclic_port.hpp"
+#include "driveline/canopen_master/can_cycle_settings.hpp"
+#include "driveline/canopen_master/node_report.hpp"
 #include "driveline/canopen_master/pdo_image.hpp"
-#include "driveline/motion/cia301/process_copy.hpp"
 #include "driveline/motion/control/motion_control.hpp"
 #include "driveline/motion/cycle/cycle.hpp"
 #include "driveline/motion/cycle/cycle_statistics.hpp"
-#include "driveline/motion/cycle/cycle_task.hpp"
-#include "driveline/motion/cycle/cycle_trace.hpp"
-#include "driveline/motion/cycle/flight_recorder.hpp"
 #include "driveline/motion/cycle/sample_rings.hpp"
 
 namespace driveline::canopen {
@@ -22,28 +19,6 @@ namespace driveline::canopen {
 class CycleFigures;
 class ProcessExchange;
 struct PeriodRecord;
-
-/// What the cycle knows of a node. Plain value.
-struct NodeReport {
-  bool valid = false;              ///< its outputs of the last period were sent, and every answer to the last SYNC came
-  bool operational = false;        ///< CanCycle::set_operational(), as the cycle has taken it over
-  bool heard = false;              ///< every one of its TPDOs has come at least once since it was last not operational
-  std::uint32_t stale_cycles = 0;  ///< cycles since it was last valid
-  std::uint64_t lost = 0;          ///< TPDOs that were due and did not come
-  std::uint64_t late = 0;          ///< TPDOs that came after the next SYNC, or twice
-  std::uint64_t wrong_length = 0;  ///< TPDOs that were shorter than their mapping
-  std::uint64_t unsent = 0;        ///< RPDOs with SYNC that the adapter did not take
-};
-
-/// Figures of the cycle since it started, beside motion::CycleStatistics. Plain value.
-struct CanCycleCounters {
-  std::uint64_t syncs_unsent = 0;    ///< SYNCs that the adapter did not take
-  std::uint64_t rpdos_unsent = 0;    ///< RPDOs with SYNC that the adapter did not take
-  std::uint64_t acyclic_unsent = 0;  ///< frames of the owner that the adapter cannot carry, or that were lost with it
-  std::uint64_t foreign_frames = 0;  ///< frames with an identifier that only this master sends
-  std::uint64_t stale_frames = 0;    ///< TPDOs that came after the next SYNC, or twice
-  std::uint64_t flooded_cycles = 0;  ///< cycles that received no further because too many frames waited
-};
 
 /// The cycle of a CANopen line: SYNC on the grid, RPDOs behind it, then frames of the owner as far as the bus has room
 /// in this period; TPDOs that answered the last SYNC, motion and tasks before the next one. See motion::Cycle for the
@@ -63,15 +38,7 @@ struct CanCycleCounters {
 class CanCycle final : public motion::Cycle {
  public:
   /// Settings of the cycle.
-  struct Settings {
-    std::uint32_t sample_every = 1;         ///< samples of every n-th cycle are written to the rings
-    motion::TaskSchedule* tasks = nullptr;  ///< tasks of the application, before and after the motion; must outlive it
-    std::vector<motion::ProcessDataCopy> copies{};  ///< from node to node, after tasks and motion in every cycle
-    motion::FlightRecorder* recorder = nullptr;     ///< must outlive the cycle
-    motion::CycleTrace* trace = nullptr;            ///< of the counted cycles; must outlive the cycle. The part of the
-                                                    ///< work that is done before the grid instant is shown behind the
-                                                    ///< sending, as long as it took
-  };
+  using Settings = CanCycleSettings;
   /// Capacity of the ring of absences; when it is full, they are dropped and counted.
   static constexpr std::size_t kAbsenceRing = 256;
 
