@@ -51,9 +51,13 @@ NodePlan node_plan(std::size_t axis, const CanAxesOptions& options) {
   node.rpdos = plans_of(pdos.outputs, 0x1600, {2});
   node.tpdos = plans_of(pdos.inputs, 0x1A00, {1});
   node.startup_sdos = {motion::startup_sdo(0x1006, 0, static_cast<std::uint32_t>(options.period / microseconds{1}))};
-  // P 306: the cycle of the setpoints in ms, which must be that of 1006h and 60C2h (MSD manual 7.4.2).
+  // P 306, the cycle of the setpoints in ms, which must be that of 1006h and 60C2h (MSD manual 7.4.2); P 370, the cubic
+  // spline; P 1516, the inertia for the feed-forward.
   const float period_ms = std::chrono::duration<float, std::milli>(options.period).count();
+  const auto inertia = static_cast<float>(slaves::MotorParameters{}.inertia_kg_m2);
   node.startup_sdos.push_back(motion::startup_sdo(0x2132, 0, std::bit_cast<std::uint32_t>(period_ms)));
+  node.startup_sdos.push_back(motion::startup_sdo(0x2172, 0, std::uint8_t{3}));
+  node.startup_sdos.push_back(motion::startup_sdo(0x25EC, 0, std::bit_cast<std::uint32_t>(inertia)));
   for (const auto& sdo : motion::cia402_startup_sdos(options.period)) node.startup_sdos.push_back(sdo);
   node.startup_sdos.push_back(motion::mode_sdo(Mode::kInterpolatedPosition));
   for (const auto& sdo : options.startup) node.startup_sdos.push_back(sdo);
