@@ -87,9 +87,9 @@ class FakeNode {
  private:
   friend class FakeBus;
 
-  bool toggle = false;
-  nanoseconds next_heartbeat{0};
-  nanoseconds ready{0};  ///< the end of its start
+  bool toggle_ = false;
+  nanoseconds next_heartbeat_{0};
+  nanoseconds ready_{0};  ///< the end of its start
 };
 
 /// A port to fake nodes, in virtual time.
@@ -147,37 +147,37 @@ class FakeBus final : public CanPort {
 
  private:
   void put(const Frame& frame, nanoseconds time) { arriving_.push_back({frame, time}); }
-  void put(unsigned identifier, std::vector<unsigned> data, nanoseconds time) {
+  void put(unsigned identifier, const std::vector<unsigned>& data, nanoseconds time) {
     std::vector<std::byte> bytes;
     for (const auto one : data) bytes.push_back(static_cast<std::byte>(one));
     put(Frame::of(identifier, bytes), time);
   }
   void boot(FakeNode& node, nanoseconds time) {
     node.state = 127;
-    node.toggle = false;
+    node.toggle_ = false;
     node.set(0x1017, 0, 0, 2);
-    node.ready = time + 2ms;
-    if (node.boots) put(0x700 + node.id, {0}, node.ready);
+    node.ready_ = time + 2ms;
+    if (node.boots) put(0x700 + node.id, {0}, node.ready_);
   }
   /// Heartbeats that are due.
   void beat() {
     for (auto& node : nodes) {
       const auto period = std::chrono::milliseconds{node.value(0x1017, 0)};
-      if (period.count() == 0 || !node.there) node.next_heartbeat = clock_->now() + period;
+      if (period.count() == 0 || !node.there) node.next_heartbeat_ = clock_->now() + period;
       if (period.count() == 0 || !node.there) continue;
-      if (node.next_heartbeat + period < clock_->now()) node.next_heartbeat = clock_->now();
-      for (; node.next_heartbeat <= clock_->now(); node.next_heartbeat += period) {
-        put(0x700 + node.id, {node.state}, node.next_heartbeat);
+      if (node.next_heartbeat_ + period < clock_->now()) node.next_heartbeat_ = clock_->now();
+      for (; node.next_heartbeat_ <= clock_->now(); node.next_heartbeat_ += period) {
+        put(0x700 + node.id, {node.state}, node.next_heartbeat_);
       }
     }
   }
   void take(FakeNode& node, const Frame& frame) {
-    if (!node.there || clock_->now() < node.ready) return;
+    if (!node.there || clock_->now() < node.ready_) return;
     const auto identifier = frame.identifier.value;
     if (frame.kind == FrameKind::kRemote) {
       if (identifier != 0x700 + node.id || !node.guards) return;
-      put(0x700 + node.id, {node.state | (node.toggle ? 0x80U : 0U)}, clock_->now() + node.delay);
-      if (!node.keeps_toggle) node.toggle = !node.toggle;
+      put(0x700 + node.id, {node.state | (node.toggle_ ? 0x80U : 0U)}, clock_->now() + node.delay);
+      if (!node.keeps_toggle) node.toggle_ = !node.toggle_;
       return;
     }
     const auto byte = [&](std::size_t i) { return std::to_integer<unsigned>(frame.data[i]); };

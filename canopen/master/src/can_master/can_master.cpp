@@ -20,60 +20,60 @@ CanMaster::CanMaster(CanPort& port, rt::Clock& clock, MasterPlan plan, const Set
     : parts_(std::make_unique<Parts>(port, clock, std::move(plan), settings)) {}
 
 CanMaster::~CanMaster() {
-  if (parts_->runner_) parts_->runner_->stop();
+  if (parts_->runner) parts_->runner->stop();
 }
 
 MasterResult<void> CanMaster::boot(const Progress& progress) {
   auto& parts = *parts_;
-  LineBoot boot(*parts.port_, *parts.clock_, parts.plan_, parts.settings_);
+  LineBoot boot(*parts.port, *parts.clock, parts.plan, parts.settings);
   auto errors = boot.run(progress);
-  parts.line_ = boot.take_line();
-  parts.image_ = boot.take_image();
-  parts.notes_ = boot.take_notes();
+  parts.line = boot.take_line();
+  parts.image = boot.take_image();
+  parts.notes = boot.take_notes();
   if (!errors.empty()) return tl::unexpected(std::move(errors));
   return {};
 }
 
 NodeErrors CanMaster::take_notes() {
-  return std::exchange(parts_->notes_, {});
+  return std::exchange(parts_->notes, {});
 }
 
 const MasterPlan& CanMaster::plan() const noexcept {
-  return parts_->plan_;
+  return parts_->plan;
 }
 
 const PdoImage& CanMaster::image() const noexcept {
-  return parts_->cycle_ ? parts_->cycle_->image() : *parts_->image_;
+  return parts_->cycle ? parts_->cycle->image() : *parts_->image;
 }
 
 tl::expected<void, rt::RealtimeError> CanMaster::start_cycle(motion::MotionControl* motion, motion::SampleRings rings,
                                                              const CanCycle::Settings& settings,
                                                              const MakeRunner& make_runner) {
   auto& parts = *parts_;
-  parts.channel_ = std::make_unique<AcyclicChannel>();
-  parts.cycle_ = std::make_unique<CanCycle>(*parts.port_, *parts.clock_, parts.plan_, *parts.image_, *parts.channel_,
-                                            motion, rings, settings);
-  parts.runner_ = make_runner(*parts.cycle_);
-  if (auto started = parts.runner_->start(); !started) return started;
-  parts.acyclic_.emplace(*parts.channel_, *parts.clock_, parts.plan_.period,
-                         [runner = parts.runner_.get()](nanoseconds duration) { runner->pass(duration); });
-  parts.cycling_ = true;
-  parts.line_->watch(parts.now());
+  parts.channel = std::make_unique<AcyclicChannel>();
+  parts.cycle = std::make_unique<CanCycle>(*parts.port, *parts.clock, parts.plan, *parts.image, *parts.channel, motion,
+                                           rings, settings);
+  parts.runner = make_runner(*parts.cycle);
+  if (auto started = parts.runner->start(); !started) return started;
+  parts.acyclic.emplace(*parts.channel, *parts.clock, parts.plan.period,
+                        [runner = parts.runner.get()](nanoseconds duration) { runner->pass(duration); });
+  parts.cycling = true;
+  parts.line->watch(parts.now());
   return {};
 }
 
 MasterResult<void> CanMaster::go_operational() {
   auto& parts = *parts_;
   // Drives see SYNC, and the heartbeat of the master, before they are started.
-  parts.wait(parts.plan_.period);
+  parts.wait(parts.plan.period);
   parts.supervise();
-  parts.line_->start(parts.now());
+  parts.line->start(parts.now());
   const auto there = [](const NodeSupervisor& node) { return node.operational() || node.excused(); };
-  while (!parts.line_->all(there)) {
+  while (!parts.line->all(there)) {
     parts.supervise();
     if (auto errors = parts.start_errors(); !errors.empty()) return tl::unexpected(std::move(errors));
     if (parts.bus().statistics().down) return tl::unexpected(NodeErrors{line_error(NodeErrorKind::kBusDown)});
-    parts.wait(parts.plan_.period);
+    parts.wait(parts.plan.period);
   }
   parts.supervise();
   if (auto errors = parts.await_pdos(); !errors.empty()) return tl::unexpected(std::move(errors));
@@ -83,7 +83,7 @@ MasterResult<void> CanMaster::go_operational() {
 void CanMaster::pass(nanoseconds duration) {
   const auto end = parts_->now() + duration;
   for (auto now = parts_->now(); now < end; now = parts_->now()) {
-    const bool busy = !parts_->line_->all([](const NodeSupervisor& node) { return node.operational(); });
+    const bool busy = !parts_->line->all([](const NodeSupervisor& node) { return node.operational(); });
     parts_->wait(std::min(end - now, busy ? kBusySlice : kIdleSlice));
     parts_->supervise();
   }
@@ -94,7 +94,7 @@ void CanMaster::supervise() {
 }
 
 std::optional<MasterEvent> CanMaster::take_event() {
-  auto& events = parts_->events_;
+  auto& events = parts_->events;
   if (events.empty()) return std::nullopt;
   auto event = events.front();
   events.pop_front();
@@ -103,18 +103,18 @@ std::optional<MasterEvent> CanMaster::take_event() {
 
 const NodeView& CanMaster::node(std::size_t node) const noexcept {
   static const NodeView kNothing;
-  return parts_->line_ ? parts_->line_->node(node).view() : kNothing;
+  return parts_->line ? parts_->line->node(node).view() : kNothing;
 }
 
 bool CanMaster::all_operational() const noexcept {
-  return parts_->line_ &&
-         parts_->line_->all([](const NodeSupervisor& node) { return node.operational() || node.excused(); });
+  return parts_->line &&
+         parts_->line->all([](const NodeSupervisor& node) { return node.operational() || node.excused(); });
 }
 
 std::uint64_t CanMaster::recoveries() const noexcept {
   std::uint64_t sum = 0;
-  for (std::size_t i = 0; parts_->line_ && i < parts_->line_->size(); ++i) {
-    sum += parts_->line_->node(i).view().recoveries;
+  for (std::size_t i = 0; parts_->line && i < parts_->line->size(); ++i) {
+    sum += parts_->line->node(i).view().recoveries;
   }
   return sum;
 }
@@ -134,26 +134,26 @@ ClientResult<void> CanMaster::download(std::size_t node, SdoObject object, std::
 }
 
 CanCycle* CanMaster::cycle() noexcept {
-  return parts_->cycle_.get();
+  return parts_->cycle.get();
 }
 
 motion::CycleRunner* CanMaster::runner() noexcept {
-  return parts_->runner_.get();
+  return parts_->runner.get();
 }
 
 bool CanMaster::cycling() const noexcept {
-  return parts_->cycling_;
+  return parts_->cycling;
 }
 
 MasterResult<void> CanMaster::shut_down() {
   auto& parts = *parts_;
-  if (!parts.line_) return {};
+  if (!parts.line) return {};
   parts.release();
-  if (parts.runner_) parts.runner_->stop();
-  parts.cycling_ = false;
+  if (parts.runner) parts.runner->stop();
+  parts.cycling = false;
   NodeErrors errors;
-  for (std::size_t i = 0; i < parts.line_->size(); ++i) {
-    if (const auto& error = parts.line_->node(i).release_error()) errors.push_back(*error);
+  for (std::size_t i = 0; i < parts.line->size(); ++i) {
+    if (const auto& error = parts.line->node(i).release_error()) errors.push_back(*error);
   }
   if (!errors.empty()) return tl::unexpected(std::move(errors));
   return {};

@@ -14,12 +14,12 @@ namespace driveline::canopen {
 /// What the facade is made of: the line, the cycle, and the way between them.
 class CanMaster::Parts {
  public:
-  Parts(CanPort& port, rt::Clock& clock, MasterPlan plan, const Settings& settings)
-      : port_(&port), clock_(&clock), plan_(std::move(plan)), settings_(settings) {}
+  Parts(CanPort& of_line, rt::Clock& of_port, MasterPlan of_nodes, const Settings& how)
+      : port(&of_line), clock(&of_port), plan(std::move(of_nodes)), settings(how) {}
 
   /// The port as the owner has it now.
-  [[nodiscard]] CanPort& bus() noexcept { return cycling_ ? static_cast<CanPort&>(*acyclic_) : *port_; }
-  [[nodiscard]] std::chrono::nanoseconds now() const noexcept { return clock_->now(); }
+  [[nodiscard]] CanPort& bus() noexcept { return cycling ? static_cast<CanPort&>(*acyclic) : *port; }
+  [[nodiscard]] std::chrono::nanoseconds now() const noexcept { return clock->now(); }
   /// Lets time pass, in which the cycle runs.
   void wait(std::chrono::nanoseconds duration);
   void supervise();
@@ -30,19 +30,19 @@ class CanMaster::Parts {
                                                              std::optional<std::vector<std::byte>> data);
   void release();
 
-  CanPort* port_;
-  rt::Clock* clock_;
-  MasterPlan plan_;
-  Settings settings_;
-  std::unique_ptr<NodeLine> line_;
-  std::optional<PdoImage> image_;
-  std::unique_ptr<AcyclicChannel> channel_;
-  std::optional<AcyclicPort> acyclic_;
-  std::unique_ptr<CanCycle> cycle_;
-  std::unique_ptr<motion::CycleRunner> runner_;
-  std::deque<MasterEvent> events_;
-  NodeErrors notes_;
-  bool cycling_ = false;
+  CanPort* port;
+  rt::Clock* clock;
+  MasterPlan plan;
+  Settings settings;
+  std::unique_ptr<NodeLine> line;
+  std::optional<PdoImage> image;
+  std::unique_ptr<AcyclicChannel> channel;
+  std::optional<AcyclicPort> acyclic;
+  std::unique_ptr<CanCycle> cycle;
+  std::unique_ptr<motion::CycleRunner> runner;
+  std::deque<MasterEvent> events;
+  NodeErrors notes;
+  bool cycling = false;
 };
 
 }  // namespace driveline::canopen
