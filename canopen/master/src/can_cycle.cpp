@@ -3,14 +3,44 @@
 #include <algorithm>
 #include <utility>
 
-#include "cycle_figures.hpp"
 #include "process_exchange.hpp"
+#include "work_clock.hpp"
 
 namespace driveline::canopen {
 
 using motion::CyclePhase;
 using motion::TaskTiming;
 using std::chrono::nanoseconds;
+
+namespace {
+
+motion::CycleRecord::Settings record_settings(const CanCycleSettings& settings, const MasterPlan& plan,
+                                              motion::SampleRings rings) {
+  motion::CycleRecord::Settings made;
+  made.period = plan.period;
+  made.sample_every = settings.sample_every;
+  made.rings = rings;
+  made.recorder = settings.recorder;
+  made.trace = settings.trace;
+  return made;
+}
+
+}  // namespace
+
+/// The period of the last SYNC.
+struct CanCycle::Period {
+  rt::CycleStart start{};
+  nanoseconds port_time{0};   ///< spent sending and receiving
+  nanoseconds sync_late{0};   ///< SYNC left after the grid instant
+  nanoseconds round_trip{0};  ///< from SYNC to the last TPDO; 0: not all came
+  NodeTable::Verdict verdict{};
+  bool open = false;  ///< its answers have not been judged yet
+
+  /// Whether SYNC was sent and every TPDO that was due came.
+  [[nodiscard]] bool complete(const ProcessExchange& exchange) const noexcept {
+    return exchange.synced() && verdict.came == verdict.due;
+  }
+};
 
 CanCycle::CanCycle(CanPort& port, rt::Clock& clock, const MasterPlan& plan, PdoImage image, AcyclicChannel& acyclic,
                    motion::MotionControl* motion, motion::SampleRings rings, Settings settings)
@@ -20,8 +50,9 @@ CanCycle::CanCycle(CanPort& port, rt::Clock& clock, const MasterPlan& plan, PdoI
       settings_(std::move(settings)),
       motion_(motion),
       exchange_(std::make_unique<ProcessExchange>(port, clock, plan, std::move(image), acyclic)),
-      figures_(std::make_unique<CycleFigures>(settings_, period_, rings, motion)),
-      present_(std::make_unique<PeriodRecord>()) {}
+      record_(record_settings(settings_, plan, rings)),
+      work_(std::make_unique<WorkClock>(clock)),
+      present_(std::make_unique<Period>()) {}
 
 CanCycle::~CanCycle() = default;
 
@@ -29,96 +60,110 @@ nanoseconds CanCycle::first_grid(nanoseconds earliest) const noexcept {
   return (earliest + period_ - nanoseconds{1}) / period_ * period_;
 }
 
-void CanCycle::lap(PeriodRecord& record, CyclePhase phase) noexcept {
-  const auto now = clock_.now();
-  record.of(phase) += now - lap_at_;
-  lap_at_ = now;
-}
-
-/// Without a trace nobody asks for the time between two of these phases; it counts for the one that is measured next.
-void CanCycle::traced_lap(CyclePhase phase) noexcept {
-  if (settings_.trace != nullptr) lap(*present_, phase);
-}
-
 void CanCycle::prepare() noexcept {
-  if (!open_) return;
-  lap_at_ = clock_.now();
-  const bool complete = exchange_->receive();
-  lap(*present_, CyclePhase::kReceive);
+  if (!present_->open) return;
+  work_->go_on();
   // What is missing may come until SYNC is sent.
-  if (complete) compute();
+  if (receive()) {
+    finish();
+  } else {
+    work_->pause();
+  }
 }
 
 void CanCycle::cycle(const rt::CycleStart& start) noexcept {
-  figures_->take_counting(*present_);
-  PeriodRecord next;
-  next.start = start;
-  next.counted = figures_->counting();
-  lap_at_ = start.wake;
   exchange_->send_sync();
-  lap(next, CyclePhase::kSend);
-  if (open_) {
-    static_cast<void>(exchange_->receive());
-    lap(*present_, CyclePhase::kReceive);
-    compute();
+  nanoseconds spent{0};
+  if (present_->open) {
+    const auto from = clock_.now();
+    work_->go_on();
+    static_cast<void>(receive());
+    finish();
+    spent = clock_.now() - from;
   }
-  const bool running = cycles_shared_.load(std::memory_order_relaxed) > 0;
-  PeriodRecord done = std::exchange(*present_, next);
-  done.bus_load = load_of(done, start);
+  work_->restart(spent);
+  static_cast<void>(record_.begin(start));
   exchange_->begin_period(start.grid);
-  present_->synced = exchange_->synced().has_value();
-  present_->sync_late = exchange_->synced().value_or(start.wake) - start.grid;
-  if (start.missed > 0) note_absence(start);
+  if (start.missed > 0) record_.absence(start, motion_, exchange_->image().outputs());
   // Before the first answers there is nothing that a drive could follow.
-  exchange_->send(running);
-  open_ = true;
-  lap(*present_, CyclePhase::kSend);
-  cycles_shared_.fetch_add(1, std::memory_order_release);
-  if (!running) return;
-  figures_->finish(done, bad_cycles());
-  lap(done, CyclePhase::kPublish);
-  figures_->trace(done);
+  exchange_->send(record_.cycles() > 0);
+  *present_ = Period{};
+  present_->start = start;
+  present_->sync_late = exchange_->synced().value_or(start.wake) - start.grid;
+  present_->port_time = work_->now() - start.wake;
+  present_->open = true;
+  record_.mark(CyclePhase::kSend, *work_);
+  work_->pause();
+}
+
+/// Returns whether all answers are there.
+bool CanCycle::receive() noexcept {
+  const auto from = work_->now();
+  const bool complete = exchange_->receive();
+  present_->port_time += work_->now() - from;
+  return complete;
 }
 
 /// Ends the present period: its answers are judged, and the outputs of the next one are computed.
-void CanCycle::compute() noexcept {
-  auto& record = *present_;
-  open_ = false;
-  judge(record);
-  traced_lap(CyclePhase::kJudge);
+void CanCycle::finish() noexcept {
+  auto& period = *present_;
+  period.open = false;
+  record_.mark(CyclePhase::kReceive, *work_);
+  judge();
+  record_.mark(CyclePhase::kJudge, *work_);
   const auto& image = std::as_const(*exchange_).image();
   const auto valid = exchange_->nodes().valid();
   if (motion_ != nullptr) {
-    const auto took = std::clamp(record.sync_late + record.round_trip, nanoseconds{0}, period_);
-    motion_->read_inputs(image.inputs(), valid, valid, {}, took, record.sync_late);
+    const auto took = std::clamp(period.sync_late + period.round_trip, nanoseconds{0}, period_);
+    motion_->read_inputs(image.inputs(), valid, valid, {}, took, period.sync_late);
   }
-  traced_lap(CyclePhase::kInputs);
-  if (settings_.tasks != nullptr) settings_.tasks->begin(record.start);
+  record_.mark(CyclePhase::kInputs, *work_);
+  if (settings_.tasks != nullptr) settings_.tasks->begin(period.start);
   run_tasks(TaskTiming::Order::kBeforeMotion);
-  traced_lap(CyclePhase::kTasksBefore);
-  if (motion_ != nullptr) motion_->update(record.start.cycle, exchange_->image().outputs());
-  traced_lap(CyclePhase::kMotion);
+  record_.mark(CyclePhase::kTasksBefore, *work_);
+  if (motion_ != nullptr) motion_->update(period.start.cycle, exchange_->image().outputs());
+  record_.mark(CyclePhase::kMotion, *work_);
   run_tasks(TaskTiming::Order::kAfterMotion);
   motion::apply_copies(settings_.copies, valid, image.inputs(), exchange_->image().outputs());
-  lap(record, CyclePhase::kTasksAfter);
+  record_.add(period.start, work_->now(), period.port_time);
+  publish();
+  record_.end(*work_);
 }
 
-void CanCycle::judge(PeriodRecord& record) noexcept {
-  record.verdict = exchange_->judge();
+void CanCycle::judge() noexcept {
+  auto& period = *present_;
+  period.verdict = exchange_->judge();
   const auto& tally = exchange_->tally();
-  record.wrong_length = tally.wrong_length;
-  record.stale = tally.stale;
-  record.late = tally.late;
-  record.foreign = exchange_->foreign();
-  record.flooded = exchange_->flooded();
-  record.bits = exchange_->bits();
-  const auto& port = exchange_->port_statistics();
-  record.send_errors = port.send_errors.value_or(0);
-  record.receive_errors = port.receive_errors.value_or(0);
-  const bool complete = record.synced && record.verdict.came == record.verdict.due;
-  if (complete && record.verdict.due > 0) record.round_trip = tally.last - *exchange_->synced();
-  const bool good = record.synced && record.verdict.all_valid;
+  if (period.verdict.due > 0 && period.complete(*exchange_)) period.round_trip = tally.last - *exchange_->synced();
+  const bool good = exchange_->synced() && period.verdict.all_valid;
   bad_cycles_.store(good ? 0 : bad_cycles_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  if (!record_.counting()) return;
+  auto& counters = record_.counters();
+  counters.lost_frames += period.verdict.due - period.verdict.came;
+  counters.wkc_errors += tally.wrong_length;
+  counters.stale_frames += tally.stale;
+  counters.late_frames += tally.late;
+  counters.foreign_frames += exchange_->foreign();
+  if (exchange_->flooded()) ++counters.flooded_cycles;
+  if (period.round_trip.count() > 0) counters.round_trip.record(period.round_trip);
+}
+
+void CanCycle::publish() noexcept {
+  constexpr std::uint32_t kBadPeriods = 8;
+  const auto& period = *present_;
+  if (!record_.wants_sample(period.start)) return;
+  snapshot::LineSample line;
+  record_.fill(period.start, motion_, line);
+  line.round_trip_ns = period.round_trip.count();
+  line.working_counter = static_cast<std::uint16_t>(period.verdict.came);
+  line.expected_working_counter = static_cast<std::uint16_t>(period.verdict.due);
+  line.frame_received = period.complete(*exchange_);
+  const double bits = std::chrono::duration<double>(period_).count() * bit_rate_;
+  line.bus_load = static_cast<float>(static_cast<double>(exchange_->bits()) / bits);
+  const auto& port = exchange_->port_statistics();
+  line.bus_send_errors = port.send_errors.value_or(0);
+  line.bus_receive_errors = port.receive_errors.value_or(0);
+  record_.publish(period.start, line, motion_, bad_cycles() == kBadPeriods);
 }
 
 void CanCycle::run_tasks(TaskTiming::Order order) noexcept {
@@ -137,26 +182,6 @@ void CanCycle::run_tasks(TaskTiming::Order order) noexcept {
   settings_.tasks->run(order, now, period_, clock_);
 }
 
-/// Runs before any RPDO is sent: outputs computed for a skipped period are no longer valid for the drives.
-void CanCycle::note_absence(const rt::CycleStart& start) noexcept {
-  motion::MasterAbsence absence;
-  absence.duration = start.late(period_);
-  absence.since = start.wake - absence.duration;
-  absence.cycle = static_cast<std::uint64_t>(start.cycle);
-  if (motion_ != nullptr) {
-    absence.effect = motion_->resume(start.cycle, start.missed, exchange_->image().outputs());
-    absence.path_late = motion_->path_late();
-  }
-  absences_.try_push(absence);
-}
-
-/// Share of the time from the SYNC of the period until the next one.
-float CanCycle::load_of(const PeriodRecord& record, const rt::CycleStart& next) const noexcept {
-  using Seconds = std::chrono::duration<double>;
-  const double seconds = Seconds(next.grid - record.start.grid).count();
-  return seconds > 0.0 ? static_cast<float>(static_cast<double>(record.bits) / (seconds * bit_rate_)) : 0.0F;
-}
-
 void CanCycle::set_operational(std::size_t node, bool operational) noexcept {
   exchange_->nodes().set_operational(node, operational);
 }
@@ -165,16 +190,8 @@ NodeReport CanCycle::node_report(std::size_t node) const noexcept {
   return std::as_const(*exchange_).nodes().report(node);
 }
 
-void CanCycle::count(bool on) noexcept {
-  figures_->count(on);
-}
-
 CanCycleCounters CanCycle::counters() const noexcept {
   return exchange_->counters();
-}
-
-const motion::CycleStatistics& CanCycle::statistics() const noexcept {
-  return figures_->statistics();
 }
 
 const PdoImage& CanCycle::image() const noexcept {

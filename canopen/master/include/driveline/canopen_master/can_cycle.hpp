@@ -11,14 +11,12 @@
 #include "driveline/canopen_master/pdo_image.hpp"
 #include "driveline/motion/control/motion_control.hpp"
 #include "driveline/motion/cycle/cycle.hpp"
-#include "driveline/motion/cycle/cycle_statistics.hpp"
-#include "driveline/motion/cycle/sample_rings.hpp"
+#include "driveline/motion/cycle/cycle_record.hpp"
 
 namespace driveline::canopen {
 
-class CycleFigures;
 class ProcessExchange;
-struct PeriodRecord;
+class WorkClock;
 
 /// The cycle of a CANopen line: SYNC on the grid, RPDOs behind it, then frames of the owner as far as the bus has room
 /// in this period; TPDOs that answered the last SYNC, motion and tasks before the next one. See motion::Cycle for the
@@ -39,8 +37,6 @@ class CanCycle final : public motion::Cycle {
  public:
   /// Settings of the cycle.
   using Settings = CanCycleSettings;
-  /// Capacity of the ring of absences; when it is full, they are dropped and counted.
-  static constexpr std::size_t kAbsenceRing = 256;
 
   /// `motion` may be null: then process data are exchanged as they are in the image. `image`: that of `plan`. Port,
   /// clock, which must be that of the port, channel and motion must outlive this.
@@ -69,34 +65,34 @@ class CanCycle final : public motion::Cycle {
   [[nodiscard]] NodeReport node_report(std::size_t node) const noexcept;
   /// Switches the statistics on (default) or off from the next cycle on; switching them on resets them, also if they
   /// were switched off and on between two cycles.
-  void count(bool on) noexcept;
-  /// Cycles so far, counted or not.
-  [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_shared_.load(std::memory_order_acquire); }
+  void count(bool on) noexcept { record_.count(on); }
+  /// Cycles so far whose answers have been judged, counted or not.
+  [[nodiscard]] std::uint64_t cycles() const noexcept { return record_.cycles(); }
   /// Consecutive cycles in which SYNC was not sent, or a node that is to be operational was not valid.
   [[nodiscard]] std::uint32_t bad_cycles() const noexcept { return bad_cycles_.load(std::memory_order_relaxed); }
   /// Figures since the start.
   [[nodiscard]] CanCycleCounters counters() const noexcept;
 
   /// Takes the oldest absence of the master not fetched yet; one thread. \rtsafe
-  [[nodiscard]] bool take_absence(motion::MasterAbsence& absence) noexcept { return absences_.try_pop(absence); }
+  [[nodiscard]] bool take_absence(motion::MasterAbsence& absence) noexcept { return record_.take_absence(absence); }
   /// Absences dropped because their ring was full. \rtsafe
-  [[nodiscard]] std::uint64_t absences_dropped() const noexcept { return absences_.dropped(); }
+  [[nodiscard]] std::uint64_t absences_dropped() const noexcept { return record_.absences_dropped(); }
 
   /// Counters and times; only while no cycle runs.
-  [[nodiscard]] const motion::CycleStatistics& statistics() const noexcept;
+  [[nodiscard]] const motion::CycleStatistics& statistics() const noexcept { return record_.statistics(); }
   /// Settings given to the constructor. \rtsafe
   [[nodiscard]] const Settings& settings() const noexcept { return settings_; }
   /// Process data and their layout. Once cycles run, the bytes belong to the cycle.
   [[nodiscard]] const PdoImage& image() const noexcept;
 
  private:
-  void compute() noexcept;
-  void judge(PeriodRecord& record) noexcept;
+  struct Period;
+
+  [[nodiscard]] bool receive() noexcept;
+  void finish() noexcept;
+  void judge() noexcept;
+  void publish() noexcept;
   void run_tasks(motion::TaskTiming::Order order) noexcept;
-  void note_absence(const rt::CycleStart& start) noexcept;
-  [[nodiscard]] float load_of(const PeriodRecord& record, const rt::CycleStart& next) const noexcept;
-  void lap(PeriodRecord& record, motion::CyclePhase phase) noexcept;
-  void traced_lap(motion::CyclePhase phase) noexcept;
 
   rt::Clock& clock_;
   std::chrono::nanoseconds period_;
@@ -104,12 +100,9 @@ class CanCycle final : public motion::Cycle {
   Settings settings_;
   motion::MotionControl* motion_;
   std::unique_ptr<ProcessExchange> exchange_;
-  std::unique_ptr<CycleFigures> figures_;
-  std::unique_ptr<PeriodRecord> present_;  ///< the period of the last SYNC
-  bool open_ = false;                      ///< its answers have not been judged yet
-  std::chrono::nanoseconds lap_at_{0};     ///< end of the phase measured last
-  rt::SpscRing<motion::MasterAbsence> absences_{kAbsenceRing};
-  std::atomic<std::uint64_t> cycles_shared_{0};
+  motion::CycleRecord record_;
+  std::unique_ptr<WorkClock> work_;
+  std::unique_ptr<Period> present_;
   std::atomic<std::uint32_t> bad_cycles_{0};
 };
 
