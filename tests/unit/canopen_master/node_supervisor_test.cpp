@@ -268,6 +268,16 @@ TEST_F(NodeSupervisorTest, AnOwnerThatStoodStillLosesNobody) {
   EXPECT_THAT(events, IsEmpty());
 }
 
+TEST(NodeWatchTest, AMessageThatHasWaitedInAQueueShortensNoTime) {
+  ErrorControlPlan control;
+  control.heartbeat = 100ms;
+  NodeWatch watch(control, 10);
+  watch.begin(10s, false);
+  EXPECT_TRUE(watch.receive({NmtState::kPreOperational}, 5s));
+  EXPECT_FALSE(watch.missing(10s + 300ms));
+  EXPECT_TRUE(watch.missing(10s + 301ms)) << "three times the heartbeat, where the plan has no tolerance";
+}
+
 TEST_F(NodeSupervisorTest, RequestsOfOthersGoBetweenTheStepsOfABoot) {
   operate();
   std::optional<std::vector<std::byte>> type;
