@@ -97,6 +97,7 @@ class EtherCatDemandLine {
  public:
   static constexpr nanoseconds kPeriod = microseconds{125};
   static constexpr int kCycles = 8000;  ///< one second
+  static constexpr DemandWatch::Margins kMargins{};
 
   EtherCatDemandLine(std::mt19937& random, motion::SetpointFeed& feed)
       : scene_(make_scene(random, feed)),

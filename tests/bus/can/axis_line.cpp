@@ -118,6 +118,7 @@ class Configurer {
 
 canopen::SendStatus LossyCanPort::send(const Frame& frame) noexcept {
   bus_.advance(clock_.now());
+  if (refuse && refuse(frame)) return canopen::SendStatus::kBusy;
   ++counters_.sent;
   if (lose_sent && lose_sent(frame)) return canopen::SendStatus::kSent;
   if (!controller_->send(frame)) return canopen::SendStatus::kBusy;

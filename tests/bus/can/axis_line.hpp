@@ -35,6 +35,8 @@ class LossyCanPort final : public canopen::CanPort, private slaves::can::Node {
   /// Asked for every frame: whether it is lost.
   std::function<bool(const canopen::Frame&)> lose_sent;
   std::function<bool(const canopen::Frame&)> lose_received;
+  /// Asked for every frame: whether the adapter is too busy to take it.
+  std::function<bool(const canopen::Frame&)> refuse;
   /// A sum over all frames on the bus and their times.
   [[nodiscard]] std::uint64_t sum() const noexcept { return sum_; }
 

@@ -69,6 +69,7 @@ struct DemandCoverage {
 ///
 ///     Line(std::mt19937&, motion::SetpointFeed&)  of kDemandAxes axes, the first two of which can follow the feed
 ///     kPeriod, kCycles                            cycle time, and cycles of a sequence
+///     kMargins                                    of DemandWatch
 ///     takes_profile_settings()                    requests to drives may name velocity and acceleration
 ///     start()                                     to operation; the error as a sentence
 ///     cycle()                                     one cycle, up to a fixed point in the period
@@ -81,7 +82,7 @@ class DemandSequence {
   DemandSequence(unsigned seed, DemandCoverage& coverage)
       : random_(seed), halts_(seed + 2), runs_(seed + 3), feed_(seed + 1), line_(random_, feed_), coverage_(coverage) {
     for (std::size_t i = 0; i < kDemandAxes; ++i) {
-      watches_.emplace_back(line_.drive(i), kDemandLimits);
+      watches_.emplace_back(line_.drive(i), kDemandLimits, Line::kMargins);
       load_[i] = number(-kMaxLoad, kMaxLoad);
     }
   }

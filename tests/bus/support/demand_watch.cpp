@@ -52,7 +52,7 @@ void DemandWatch::look(std::chrono::nanoseconds now) {
   judged_ += positions_ > 0 || velocities_ > 0 ? 1U : 0U;
   if (!finding_.empty()) return;
   if (velocities_ > 0) {
-    const double most = kVelocityDemand * limits_.max_velocity;
+    const double most = (kVelocityDemand + margins_.velocity) * limits_.max_velocity;
     const double velocity = std::abs(sample.by_torque ? sample.moved_at : sample.velocity);
     if (velocity > most) find("606Bh: velocity", velocity, most);
   }
@@ -75,8 +75,8 @@ void DemandWatch::judge_position(const Window& window) {
   };
   if (positions_ <= n) return;
   const double velocity = slope(0);
-  if (std::abs(velocity) > window.velocity * limits_.max_velocity)
-    find("6062h: velocity", velocity, window.velocity * limits_.max_velocity);
+  if (std::abs(velocity) > (window.velocity + margins_.position) * limits_.max_velocity)
+    find("6062h: velocity", velocity, (window.velocity + margins_.position) * limits_.max_velocity);
   if (positions_ <= 2 * n) return;
   const double rate = (velocity - slope(n)) / (0.5 * (ago(0).time_s - ago(2 * n).time_s));
   const double most = window.acceleration * allowed(2 * n);

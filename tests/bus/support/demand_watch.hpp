@@ -24,7 +24,14 @@ namespace driveline::bus_test {
 /// controller to an error, and the drive restarts from measured values. The demanded position is still judged.
 class DemandWatch {
  public:
-  DemandWatch(const slaves::msd::DriveCore& drive, trajectory::AxisLimits limits) : drive_(drive), limits_(limits) {}
+  /// How far velocities may exceed the limit of the axis beyond the reasons below, as shares of it.
+  struct Margins {
+    double position = 0.0;  ///< 6062h
+    double velocity = 0.0;  ///< 606Bh
+  };
+  DemandWatch(const slaves::msd::DriveCore& drive, trajectory::AxisLimits limits) : DemandWatch(drive, limits, {}) {}
+  DemandWatch(const slaves::msd::DriveCore& drive, trajectory::AxisLimits limits, const Margins& margins)
+      : drive_(drive), limits_(limits), margins_(margins) {}
 
   /// To be called once per period, at the same point in it.
   void look(std::chrono::nanoseconds now);
@@ -71,6 +78,7 @@ class DemandWatch {
   MotionTrace trace_;
   const slaves::msd::DriveCore& drive_;
   trajectory::AxisLimits limits_;
+  Margins margins_;
   std::array<Sample, kKept> samples_{};
   std::size_t newest_ = 0;
   std::size_t positions_ = 0;   ///< consecutive samples from the same source
