@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "can/can_bus.hpp"
+#include "driveline/runtime/can/can_session.hpp"
 #include "driveline/runtime/config/axis_path.hpp"
 #include "ethercat/ethercat_bus.hpp"
 #include "operation/line_run.hpp"
@@ -18,13 +20,32 @@ BusOptions bus_of(const Line::Options& options) {
   return bus;
 }
 
+Result<std::unique_ptr<LineSession>> open_can(LineConfig config, const BusOptions& bus,
+                                              const LineSession::Adjust& adjust) {
+  if (!bus.interface2.empty()) {
+    return fail(ErrorKind::kSetting, "is the second interface of a ring, and a CAN bus is none", "interface2");
+  }
+  auto session = CanSession::open(std::move(config), {bus.interface, bus.virtual_time}, adjust);
+  if (!session) return tl::unexpected(session.error());
+  return std::move(*session);
+}
+
+Result<std::unique_ptr<LineSession>> open_ethercat(std::optional<LineConfig> config, const BusOptions& bus,
+                                                   const LineSession::Adjust& adjust) {
+  auto session = config ? Session::open(std::move(*config), bus, adjust) : Session::open(bus, adjust);
+  if (!session) return tl::unexpected(session.error());
+  return std::move(*session);
+}
+
 }  // namespace
 
-Line::Line(std::unique_ptr<Session> session, std::optional<trajectory::Interpolator> path)
+Line::Line(std::unique_ptr<LineSession> session, std::optional<trajectory::Interpolator> path)
     : session_(std::move(session)),
+      ethercat_(dynamic_cast<Session*>(session_.get())),
+      can_(dynamic_cast<CanSession*>(session_.get())),
       path_(std::move(path)),
       tasks_(std::make_unique<LineTasks>()),
-      axis_requests_(session_->config().axes, clock_, [this] { request_stop(); }),
+      axis_requests_(session_->config().axes, real_time_, [this] { request_stop(); }),
       groups_(session_->config().axis_groups, axis_requests_) {}
 
 Line::~Line() = default;
@@ -56,7 +77,8 @@ Result<std::unique_ptr<Line>> Line::open(std::optional<LineConfig> config, const
     path = std::move(*loaded);
     return {};
   };
-  auto session = config ? Session::open(std::move(*config), bus, complete) : Session::open(bus, complete);
+  auto session = config && config->can ? open_can(std::move(*config), bus, complete)
+                                       : open_ethercat(std::move(config), bus, complete);
   if (!session) return tl::unexpected(session.error());
   return std::unique_ptr<Line>(new Line(std::move(*session), std::move(path)));
 }
@@ -86,10 +108,21 @@ Result<void> Line::claim(bool force) {
   return session_->claim(force, "interrupt its line");
 }
 
+std::unique_ptr<LineBus> Line::make_bus() {
+  if (can_ != nullptr) {
+    auto bus = std::make_unique<CanBus>(*can_);
+    can_bus_ = bus.get();
+    return bus;
+  }
+  auto bus = std::make_unique<EtherCatBus>(*ethercat_);
+  ethercat_bus_ = bus.get();
+  return bus;
+}
+
 Result<RunReport> Line::run(const RunSettings& settings) {
   if (run_) return fail(ErrorKind::kCall, "the line has run before; create a new line for each run");
   if (auto claimed = claim(settings.force); !claimed) return tl::unexpected(claimed.error());
-  bus_ = std::make_unique<EtherCatBus>(*session_);
+  bus_ = make_bus();
   run_ = std::make_unique<LineRun>(
       *bus_, LineRun::Settings{std::move(path_), source_, &axis_requests_, &groups_, settings.enable, tasks_.get(),
                                settings.duration_s, settings.force, settings.telemetry, settings.trace, consumers_,
@@ -117,16 +150,23 @@ void Line::finish_capture(RunReport& report) {
 }
 
 std::optional<EoeReport> Line::eoe() const {
-  return bus_ ? bus_->services().eoe() : std::nullopt;
+  return ethercat_bus_ != nullptr ? ethercat_bus_->services().eoe() : std::nullopt;
 }
 
 ecat_master::Master* Line::master() noexcept {
-  return bus_ && bus_->in_operation() ? &bus_->master() : nullptr;
+  return ethercat_bus_ != nullptr && bus_->in_operation() ? &ethercat_bus_->master() : nullptr;
+}
+
+canopen::CanMaster* Line::can_master() noexcept {
+  return can_bus_ != nullptr && bus_->in_operation() ? &can_bus_->master() : nullptr;
 }
 
 Result<ecat_master::LineDiagnosis> Line::diagnose() {
   if (!bus_ || !bus_->in_operation()) return fail(ErrorKind::kCall, "the line is not in operation");
-  auto diagnosis = bus_->diagnose();
+  if (ethercat_bus_ == nullptr) {
+    return fail(ErrorKind::kCall, "this diagnosis is that of EtherCAT, and the line is a CAN line");
+  }
+  auto diagnosis = ethercat_bus_->diagnose();
   if (!diagnosis) return fail_line(diagnosis.error());
   diagnosis->statistics = run_->figures();
   return std::move(*diagnosis);

@@ -4,6 +4,7 @@
 
 #include "can/frame_printer.hpp"
 #include "driveline/canopen_wire/frame_bits.hpp"
+#include "text/can_report.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -18,24 +19,8 @@ double rate_of(std::uint64_t count, std::chrono::nanoseconds time) {
   return time.count() > 0 ? static_cast<double>(count) / seconds_of(time) : 0.0;
 }
 
-std::string_view bus_state_words(canopen::BusState state) {
-  switch (state) {
-    case canopen::BusState::kUnknown:
-      return "unknown";
-    case canopen::BusState::kErrorActive:
-      return "error active";
-    case canopen::BusState::kErrorWarning:
-      return "error warning";
-    case canopen::BusState::kErrorPassive:
-      return "error passive";
-    case canopen::BusState::kBusOff:
-      return "bus off";
-  }
-  return "unknown";
-}
-
 std::string adapter_words(const canopen::PortStatistics& adapter) {
-  auto text = fmt::format("adapter: {}, {} error frames, {} lost, {} malformed", bus_state_words(adapter.state),
+  auto text = fmt::format("adapter: {}, {} error frames, {} lost, {} malformed", bus_state_text(adapter.state),
                           adapter.error_frames, adapter.lost, adapter.malformed);
   if (adapter.send_errors) text += fmt::format(", transmit error counter {}", *adapter.send_errors);
   if (adapter.receive_errors) text += fmt::format(", receive error counter {}", *adapter.receive_errors);
@@ -104,7 +89,7 @@ nlohmann::json BusFigures::to_json(const std::string& bus, std::uint32_t bit_rat
           {"error_frames", adapter.error_frames},
           {"lost", adapter.lost},
           {"malformed", adapter.malformed},
-          {"state", bus_state_words(adapter.state)},
+          {"state", bus_state_text(adapter.state)},
           {"send_errors", counter_json(adapter.send_errors)},
           {"receive_errors", counter_json(adapter.receive_errors)},
           {"identifiers", list}};

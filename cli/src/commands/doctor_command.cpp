@@ -5,6 +5,7 @@
 #include <chrono>
 #include <thread>
 
+#include "can/can_bus.hpp"
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
@@ -30,7 +31,14 @@ struct Patient {
   rt::RealtimeConfig realtime;
   std::string interface;  ///< empty: none
   bool xdp = false;       ///< the line description asks for AF_XDP
+  bool can = false;       ///< the interface is a CAN bus, or the line is one
 };
+
+/// The interface in words.
+std::string place_of(const Patient& patient) {
+  if (patient.can) return "CAN bus " + (patient.interface.empty() ? "in this process" : patient.interface);
+  return patient.interface.empty() ? "no interface (--iface NAME checks one)" : "interface " + patient.interface;
+}
 
 /// Checks that the machine has the CPU: findings about another one would mislead. `from`: place of the number.
 Outcome<void> check_cpu(int cpu, std::string_view from, int status) {
@@ -48,8 +56,10 @@ Outcome<Patient> find_patient(const DoctorOptions& options) {
     patient.realtime = config->realtime;
     patient.interface = config->interface.value_or("");
     patient.xdp = config->port == port::PortChoice::kXdp;
+    patient.can = config->can.has_value();
   }
   if (!options.interface.empty()) patient.interface = options.interface;
+  patient.can = patient.can || names_can_interface(patient.interface);
   if (options.cpu) {
     constexpr std::uint32_t kMaxCpus = 4095;
     const auto cpu = parse_number(*options.cpu, kMaxCpus, "--cpu");
@@ -102,17 +112,27 @@ std::optional<rt::RealtimeItem> try_load(int cpu) {
   return rt::inspect_load(cpu, *before, *after);
 }
 
-Outcome<int> examine(const DoctorOptions& options) {
-  const auto patient = find_patient(options);
-  if (!patient) return tl::unexpected(patient.error());
+/// What the machine says of the port. A CAN bus needs neither packet sockets nor AF_XDP, and its adapter tells nothing
+/// before it is opened.
+Outcome<std::vector<rt::RealtimeItem>> inspect_port(const Patient& patient) {
   std::vector<rt::RealtimeItem> items;
-  if (!patient->interface.empty()) {
-    const auto facts = port::read_interface_facts(patient->interface);
+  if (patient.can) return items;
+  if (!patient.interface.empty()) {
+    const auto facts = port::read_interface_facts(patient.interface);
     if (!facts) return failed(facts.error().message);
     items = port::inspect_interface(*facts);
   }
   items.push_back(port::inspect_raw_socket());
-  items.push_back(port::inspect_xdp(patient->interface, patient->xdp));
+  items.push_back(port::inspect_xdp(patient.interface, patient.xdp));
+  return items;
+}
+
+Outcome<int> examine(const DoctorOptions& options) {
+  const auto patient = find_patient(options);
+  if (!patient) return tl::unexpected(patient.error());
+  auto port_items = inspect_port(*patient);
+  if (!port_items) return tl::unexpected(port_items.error());
+  auto items = std::move(*port_items);
   const auto cpu = patient->realtime.cpu;
   if (cpu) {
     if (const auto load = try_load(*cpu)) items.push_back(*load);
@@ -126,8 +146,7 @@ Outcome<int> examine(const DoctorOptions& options) {
     if (!patient->interface.empty()) document["interface"] = patient->interface;
     print_out("{}", json_text(document));
   } else {
-    print_out("{}, {}\n\n{}", cpu ? fmt::format("CPU {}", *cpu) : "any CPU (--cpu N checks one)",
-              patient->interface.empty() ? "no interface (--iface NAME checks one)" : "interface " + patient->interface,
+    print_out("{}, {}\n\n{}", cpu ? fmt::format("CPU {}", *cpu) : "any CPU (--cpu N checks one)", place_of(*patient),
               machine_text(items));
   }
   const auto* const most = rt::most_important(items);

@@ -6,7 +6,7 @@
 #include "commands/commands.hpp"
 #include "commands/control_path.hpp"
 #include "console.hpp"
-#include "driveline/runtime/can_line/can_fault_text.hpp"
+#include "driveline/runtime/config/can_fault_text.hpp"
 #include "driveline/runtime/config/fault_text.hpp"
 #include "driveline/runtime/config/persona_text.hpp"
 

@@ -23,7 +23,7 @@ constexpr std::array<std::string_view, 4> kQuestions{"diag", "diag json", "eoe",
 
 LineControl::LineControl(std::unique_ptr<CommandInput> input, runtime::AxisRequests& axes,
                          runtime::GroupRequests& groups, runtime::CouplingPlan couplings,
-                         std::unique_ptr<LineConsole> console)
+                         std::unique_ptr<SlaveConsole> console)
     : input_(std::move(input)),
       console_(std::move(console)),
       axes_(axes, std::move(couplings)),
@@ -68,8 +68,9 @@ CommandReply LineControl::execute(const CommandSender& sender, std::string_view 
 
 std::string LineControl::order_line(const CommandSender& sender, std::string_view command) {
   if (console_ == nullptr)
-    return "error: the slaves of this line are on a network interface: only simulated slaves have faults and inputs to "
-           "set";
+    return "error: the slaves of this line are on an interface: only slaves simulated in this process have faults and "
+           "inputs "
+           "to set";
   if (command == "fault quit") return "error: quit ends `simulate`; Ctrl-C ends this run";
   auto answer = console_->execute(command);
   // What changes the line explains the faults that follow.

@@ -12,7 +12,7 @@
 #include "axes/axis_service.hpp"
 #include "commands/command_input.hpp"
 #include "groups/group_service.hpp"
-#include "line/line_console.hpp"
+#include "line/slave_console.hpp"
 
 namespace driveline::cli {
 
@@ -29,7 +29,7 @@ class LineControl final : private CommandExecutor {
   /// `couplings`: gears and cams of `axes`. `console`: the simulated line of this process, for faults and inputs; null:
   /// the slaves are on a network interface. `axes` and `groups` must outlive this object.
   LineControl(std::unique_ptr<CommandInput> input, runtime::AxisRequests& axes, runtime::GroupRequests& groups,
-              runtime::CouplingPlan couplings = {}, std::unique_ptr<LineConsole> console = nullptr);
+              runtime::CouplingPlan couplings = {}, std::unique_ptr<SlaveConsole> console = nullptr);
   LineControl(const LineControl&) = delete;
   LineControl& operator=(const LineControl&) = delete;
   /// Ends the thread and removes the socket.
@@ -55,7 +55,7 @@ class LineControl final : private CommandExecutor {
   void serve();
 
   std::unique_ptr<CommandInput> input_;
-  std::unique_ptr<LineConsole> console_;
+  std::unique_ptr<SlaveConsole> console_;
   AxisService axes_;
   GroupService groups_;
   std::mutex lock_;

@@ -19,7 +19,8 @@
 #include "driveline/runtime/toml/suggestion.hpp"
 #include "driveline/trajectory/interpolation_method.hpp"
 #include "groups/group_view.hpp"
-#include "line/line_console.hpp"
+#include "line/can_answers.hpp"
+#include "line/run_console.hpp"
 #include "line/run_drives.hpp"
 #include "script/axis_script.hpp"
 #include "service/cycle_witness.hpp"
@@ -150,7 +151,7 @@ Outcome<void> check(const RunOptions& options) {
   if (!options.mode.empty() && options.bus.config.empty())
     return misused("--mode is for the axes of a line description: it needs --config FILE");
   if (auto checked = check_trace(options.trace); !checked) return checked;
-  return check_bus_options(options.bus);
+  return check_run_bus(options.bus);
 }
 
 runtime::Result<void> adjust(const RunOptions& options, runtime::LineConfig& config) {
@@ -200,7 +201,7 @@ class RunConsole final : public ConsoleObserver {
 
   void event(const runtime::Event& event) override {
     ConsoleObserver::event(event);
-    if (const auto* reached = event.as<runtime::events::StateReached>()) tell_manager(reached->operational);
+    if (const auto* reached = event.as<runtime::events::StateReached>()) tell_manager(*reached);
     if (!event.is<runtime::events::NoPath>()) return;
     axes_wait_ = true;
     if (control_ != nullptr && script_ == nullptr) tell_how_to_move();
@@ -218,11 +219,11 @@ class RunConsole final : public ConsoleObserver {
   [[nodiscard]] const std::optional<Failure>& script_failure() const noexcept { return script_failure_; }
 
  private:
-  void tell_manager(bool operational) {
-    if (operational) {
+  void tell_manager(const runtime::events::StateReached& reached) {
+    if (reached.operational) {
       const auto& config = line_.config();
-      manager_.ready(
-          fmt::format("{} in OP, {} slaves, {} axes", config.name, config.slaves.size(), config.axes.size()));
+      manager_.ready(fmt::format("{} in {}, {} slaves, {} axes", config.name, reached.state, config.slaves.size(),
+                                 config.axes.size()));
     } else {
       manager_.ending();
     }
@@ -235,7 +236,7 @@ class RunConsole final : public ConsoleObserver {
   }
 
   void go_on_with_script() {
-    const auto done = script_->step(line_.axes(), line_.groups(), line_.session().clock().now());
+    const auto done = script_->step(line_.axes(), line_.groups(), line_.clock().now());
     if (done && !*done) return;
     if (!done) script_failure_ = done.error();
     script_ = nullptr;
@@ -243,6 +244,7 @@ class RunConsole final : public ConsoleObserver {
   }
 
   [[nodiscard]] std::string answer(std::string_view question) {
+    if (line_.can_session() != nullptr) return answer_about_can(line_, question);
     if (question.starts_with("diag")) return diagnosis(question == "diag json");
     if (question.starts_with(kDriveQuestion)) return answer_about_drives(line_, question.substr(kDriveQuestion.size()));
     return eoe(question == "eoe json");
@@ -295,16 +297,6 @@ Outcome<std::unique_ptr<CommandInput>> open_default_control(const std::string& l
   return CommandInput::open(path, CommandInput::Sources::kSocket);
 }
 
-/// The simulated line of this process; null: the slaves are on a network interface.
-std::unique_ptr<LineConsole> console_of(runtime::Line& line) {
-  auto& session = line.session();
-  if (session.simulated_line() == nullptr) return nullptr;
-  std::vector<std::string> names;
-  for (const auto& slave : line.config().slaves) names.push_back(slave.name);
-  return std::make_unique<LineConsole>(*session.line_orders(), *session.simulated_line(), std::move(names),
-                                       LineConsole::Events::kSilent);
-}
-
 /// Without a socket on virtual time, because such a line is over before a client could connect.
 Outcome<std::unique_ptr<LineControl>> open_control(const RunOptions& options, runtime::Line& line) {
   if (options.control.empty() && options.bus.virtual_time) return nullptr;
@@ -313,7 +305,7 @@ Outcome<std::unique_ptr<LineControl>> open_control(const RunOptions& options, ru
   if (!input) return tl::unexpected(input.error());
   if (*input == nullptr) return nullptr;
   return std::make_unique<LineControl>(std::move(*input), line.axes(), line.groups(), line.config().couplings,
-                                       console_of(line));
+                                       make_slave_console(line));
 }
 
 /// Reads the script; none: none was given.

@@ -56,6 +56,24 @@ Outcome<void> check_bus_options(const runtime::BusOptions& bus) {
   return {};
 }
 
+Outcome<void> check_run_bus(const runtime::BusOptions& bus) {
+  if (!bus.config.empty() && runtime::describes_can_line(bus.config)) {
+    if (bus.interface2.empty()) return {};
+    return misused("--iface2 is the second interface of a ring, and a CAN bus is none");
+  }
+  if (!names_can_interface(bus.interface)) return check_bus_options(bus);
+  if (bus.config.empty()) {
+    return misused(
+        fmt::format("--iface {0} is a CAN bus, and a CAN line needs its description: --config FILE; "
+                    "`driveline scan --iface {0} --write FILE` makes one",
+                    bus.interface));
+  }
+  return misused(
+      fmt::format("--iface {} is a CAN bus, and {} describes a line of EtherCAT: [bus] type = \"can\" is "
+                  "expected there",
+                  bus.interface, bus.config));
+}
+
 Outcome<std::unique_ptr<runtime::Session>> open_session(const runtime::BusOptions& bus) {
   if (auto checked = check_bus_options(bus); !checked) return tl::unexpected(checked.error());
   auto session = runtime::Session::open(bus);

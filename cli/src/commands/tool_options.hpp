@@ -15,6 +15,8 @@ void add_bus_options(Arguments& to, runtime::BusOptions& bus);
 [[nodiscard]] Outcome<std::unique_ptr<runtime::Session>> open_session(const runtime::BusOptions& bus);
 /// Checks that the bus options are complete and do not exclude each other.
 [[nodiscard]] Outcome<void> check_bus_options(const runtime::BusOptions& bus);
+/// Same for `run`, which takes CAN lines, too: they need a description, and --iface then names another port to them.
+[[nodiscard]] Outcome<void> check_run_bus(const runtime::BusOptions& bus);
 /// For commands that have changed something: prints on stderr that the changes to a line simulated in this process are
 /// lost when it ends.
 void tell_what_ends(const runtime::Session& session);

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "console.hpp"
-#include "driveline/runtime/can_line/can_fault_text.hpp"
+#include "driveline/runtime/config/can_fault_text.hpp"
 #include "driveline/runtime/config/fault_text.hpp"
 #include "text/signal_text.hpp"
 

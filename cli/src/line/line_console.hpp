@@ -9,12 +9,13 @@
 
 #include "driveline/runtime/config/fault_text.hpp"
 #include "driveline/runtime/setup/line_orders.hpp"
+#include "line/slave_console.hpp"
 
 namespace driveline::cli {
 
 /// Prints the state changes and faults of a simulated line, and executes the user's commands. Belongs to the thread
 /// that sends the commands to the line.
-class LineConsole {
+class LineConsole final : public SlaveConsole {
  public:
   /// Whether state changes and faults are printed: in a `run` the master reports what they cause.
   enum class Events : std::uint8_t { kPrinted, kSilent };
@@ -23,10 +24,9 @@ class LineConsole {
   LineConsole(runtime::LineOrders& orders, slaves::SimulatedLine& line, std::vector<std::string> names,
               Events events = Events::kPrinted);
 
-  /// Executes a command of the user and returns the answer; on an error it starts with "error: ".
-  [[nodiscard]] std::string execute(std::string_view command);
+  [[nodiscard]] std::string execute(std::string_view command) override;
   /// Takes the events since the last call, and prints them on stderr unless they are silent.
-  void tell_events();
+  void tell_events() override;
   /// Names of the slaves by state: "OP: x y; SAFEOP + ERROR 0x001B: z".
   [[nodiscard]] std::string states() const;
   /// Whether the user has requested the end.

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "driveline/runtime/event.hpp"
+#include "text/can_report.hpp"
 #include "text/eoe_view.hpp"
 #include "text/histogram_json.hpp"
 #include "text/image_view.hpp"
@@ -311,6 +312,7 @@ nlohmann::json to_json(const runtime::RunReport& report) {
                         {"halves", report.ring->halves},
                         {"late_halves", report.ring->late_halves}};
   }
+  if (report.can) document["can"] = can_to_json(report);
   if (report.process_data) document["process_data"] = to_json(*report.process_data);
   if (report.eoe) document["eoe"] = to_json(*report.eoe);
   if (!report.gateway_clients.empty()) document["gateway"] = to_json(report.gateway_clients);
@@ -325,8 +327,9 @@ std::string to_text(const runtime::RunReport& report) {
   std::string text = fmt::format("\n{}: {} axes, cycle {} us, {:.3f} s in operation, line state {}\n\n", report.line,
                                  report.axes.size(), static_cast<double>(report.period.count()) / 1000.0,
                                  report.duration_s, report.state);
-  text += fmt::format("  cycles {:>18}\n  missed periods {:>10}\n  WKC errors {:>14}\n  lost frames {:>13}",
-                      statistics.cycles, statistics.missed_periods, statistics.wkc_errors, statistics.lost_frames);
+  text += fmt::format("  cycles {:>18}\n  missed periods {:>10}\n  {} {:>{}}\n  lost frames {:>13}", statistics.cycles,
+                      statistics.missed_periods, report.can ? "lost answers" : "WKC errors", statistics.wkc_errors,
+                      report.can ? 12 : 14, statistics.lost_frames);
   // Frames that arrived after their deadline were not lost on the wire.
   if (statistics.late_frames > 0) text += fmt::format(" ({} of them came late)", statistics.late_frames);
   text += "\n";
@@ -355,6 +358,7 @@ std::string to_text(const runtime::RunReport& report) {
     text += fmt::format("\n  interface {}: {}\n", interface.name, interface.access_method);
   }
   if (report.ring) text += ring_to_text(*report.ring);
+  text += can_to_text(report);
   if (report.process_data) text += fmt::format("\n{}", to_text(*report.process_data));
   if (!report.inputs.empty()) text += fmt::format("\n  inputs at the end\n{}", to_text(report.inputs));
   if (!report.axes.empty()) {

@@ -14,7 +14,8 @@ std::vector<std::function<void()>> CanLine::attach(const CanLineConfig& config) 
   std::vector<std::function<void()>> restarts;
   for (const auto& node : config.nodes) {
     const auto number = static_cast<std::uint32_t>(devices_.size() + 1);
-    devices_.push_back(node.device->simulate_on_can({node.name, number, node.node_id, config.bit_rate}));
+    devices_.push_back(
+        node.device->simulate_on_can({node.name, number, node.node_id, config.bit_rate, node.dip_switch}));
     names_.push_back(node.name);
     bus_.attach(devices_.back()->node());
     restarts.emplace_back([device = devices_.back().get()] { device->restart(); });

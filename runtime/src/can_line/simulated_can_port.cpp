@@ -77,6 +77,7 @@ SimulatedCanPort::SimulatedCanPort(const CanLineConfig& config, const canopen::C
   controller.bit_rate = config.bit_rate;
   controller.listen_only = options.listen_only;
   controller.error_frames = options.error_frames;
+  controller.automatic_recovery = options.automatic_recovery;
   line_.bus().attach(*adapter_, controller);
 }
 
@@ -84,6 +85,7 @@ SimulatedCanPort::~SimulatedCanPort() = default;
 
 void SimulatedCanPort::advance() {
   line_.advance(clock_->now() - start_);
+  calls_.serve(line_);
 }
 
 SendStatus SimulatedCanPort::send(const Frame& frame) noexcept {

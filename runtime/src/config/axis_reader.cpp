@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "config/axis_range_reader.hpp"
+#include "config/can_restrictions.hpp"
 #include "config/compensation_reader.hpp"
 #include "driveline/motion/cia402/cyclic_mode.hpp"
 #include "driveline/motion/drive/axis_objects.hpp"
@@ -113,6 +114,8 @@ void read_feed_forward(TomlReader& reader, motion::AxisConfig& axis) {
 void check_feed_forward(const TomlReader& reader, const LineConfig& config, const SlaveConfig& slave,
                         const motion::AxisConfig& axis) {
   if (!axis.feed_forward.any() || axis.mode == motion::cia402::Mode::kCyclicTorque) return;
+  if (axis.mode == motion::cia402::Mode::kInterpolatedPosition)
+    reader.fail("", "feed-forward of friction or gravity has no effect: interpolated position has no torque offset");
   const auto why = drive_rules(config, slave).why_no_torque_offset();
   if (!why.empty())
     reader.fail("", fmt::format("feed-forward of friction or gravity has no effect: \"{}\" {}", slave.name, why));
@@ -203,6 +206,23 @@ void read_supervision(TomlReader& reader, motion::AxisConfig& axis) {
     axis.setpoint_delay_cycles = reader.number("setpoint_delay_cycles", 0.0, kLongestDelay);
 }
 
+motion::cia402::Mode read_cyclic_mode(TomlReader& reader, std::optional<motion::cia402::Mode> all) {
+  const auto chosen = reader.choice_or("mode", 0, motion::cia402::cyclic_mode_names());
+  return all.value_or(motion::cia402::kCyclicModes.at(chosen));
+}
+
+/// The only mode in which axes follow cyclic setpoints over a CAN bus is interpolated position.
+motion::cia402::Mode read_can_mode(TomlReader& reader, std::optional<motion::cia402::Mode> all) {
+  constexpr auto kOnly = motion::cia402::Mode::kInterpolatedPosition;
+  const auto name = reader.text_or("mode", std::string(to_text(kOnly)));
+  const auto mode = all ? all : motion::cia402::find_cyclic_mode(name);
+  if (mode) reader.fail("mode", why_not_on_can(*mode));
+  if (name != to_text(kOnly)) {
+    reader.fail("mode", fmt::format("is \"{}\", \"{}\" (interpolated position) is expected", name, to_text(kOnly)));
+  }
+  return kOnly;
+}
+
 }  // namespace
 
 motion::AxisConfig read_axis(TomlReader reader, const std::filesystem::path& directory, const LineConfig& config,
@@ -210,8 +230,7 @@ motion::AxisConfig read_axis(TomlReader reader, const std::filesystem::path& dir
   motion::AxisConfig axis;
   axis.name = read_axis_name(reader, config.axes);
   const auto& slave = read_drive(reader, config, axis);
-  const auto chosen = reader.choice_or("mode", 0, motion::cia402::cyclic_mode_names());
-  axis.mode = mode.value_or(motion::cia402::kCyclicModes.at(chosen));
+  axis.mode = config.can ? read_can_mode(reader, mode) : read_cyclic_mode(reader, mode);
   const auto defaults = drive_rules(config, slave).axis_defaults();
   read_scale(reader, defaults, axis);
   read_limits(reader, defaults, axis);

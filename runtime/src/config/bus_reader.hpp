@@ -11,10 +11,16 @@ inline constexpr std::size_t kMaxNameLength = 31;
 /// What is expected of such a name.
 inline constexpr std::string_view kNameLengthText = "must have 1 to 31 characters";
 
-/// Reads [line]: name and cycle time.
+/// Reads the name of the line from [line].
+void read_line_name(TomlReader& reader, LineConfig& config);
+
+/// Reads how long axes may be without process data from [bus], in cycles or as a time; the cycle time has been read.
+void read_max_lost(TomlReader& reader, LineConfig& config);
+
+/// Reads [line] of a line of EtherCAT: name and cycle time.
 void read_line(TomlReader reader, LineConfig& config);
 
-/// Reads [bus]; the cycle time has been read.
+/// Reads [bus] of a line of EtherCAT; the cycle time has been read.
 void read_bus(TomlReader reader, DeviceFiles& files, LineConfig& config);
 
 /// Reads [realtime]; the cycle time has been read.

@@ -7,6 +7,8 @@
 #include "config/axis_range_reader.hpp"
 #include "config/axis_reader.hpp"
 #include "config/bus_reader.hpp"
+#include "config/can_bus_reader.hpp"
+#include "config/can_slave_reader.hpp"
 #include "config/clock_config.hpp"
 #include "config/command_reader.hpp"
 #include "config/compensation_reader.hpp"
@@ -78,11 +80,28 @@ void read_recovery(TomlReader reader, RecoveryConfig& recovery) {
   reader.finish();
 }
 
+/// Reads TCP/IP to the slaves, and the access of tools to their mailboxes.
+void read_services(TomlReader& root, LineConfig& config) {
+  if (root.has("eoe")) {
+    read_eoe(root.table("eoe"), config);
+  } else if (std::any_of(config.slaves.begin(), config.slaves.end(), [](const auto& slave) { return slave.ip; })) {
+    root.fail("", "a [[slave]] has an ip, but there is no [eoe] table with its interface");
+  }
+  if (root.has("gateway")) config.gateway = read_gateway(root.table("gateway"), config.slaves);
+}
+
+/// Reads [line] and [bus], by the type of the bus.
+void read_line_and_bus(TomlReader& root, DeviceFiles& files, LineConfig& config) {
+  if (root.table("bus").choice_or("type", 0, {"ethercat", "can"}) == 1) return read_can_line(root, config);
+  read_line(root.table("line"), config);
+  read_bus(root.table("bus"), files, config);
+}
+
 /// Refuses more tables than a line can have before they are read, which would take seconds.
 void check_table_counts(const TomlReader& root, const toml::table& table) {
   for (const auto& [key, node] : table) {
     const auto* tables = node.as_array();
-    const auto limit = key.str() == "slave" ? kMaxSlaves : kMaxTables;
+    const auto limit = key.str() == "slave" ? kMaxSlaves : kMaxTables;  // a CAN line has fewer, by its node-IDs
     if (tables == nullptr || tables->size() <= limit) continue;
     root.fail(key.str(), fmt::format("there are {}, the limit is {}", tables->size(), limit));
   }
@@ -94,22 +113,22 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   check_table_counts(root, table);
   LineConfig config;
   config.devices = devices;
-  read_line(root.table("line"), config);
   DeviceFiles files(file.parent_path());
-  read_bus(root.table("bus"), files, config);
+  read_line_and_bus(root, files, config);
   read_realtime(root.table("realtime"), config);
   for (auto& reader : root.tables("slave")) {
-    config.slaves.push_back(read_slave(std::move(reader), config, files));
+    config.slaves.push_back(config.can ? read_can_slave(std::move(reader), config, files)
+                                       : read_slave(std::move(reader), config, files));
   }
   if (config.slaves.empty()) root.fail("", "there is no [[slave]]");
-  read_simulation(root, config);
-  if (root.has("eoe")) {
-    read_eoe(root.table("eoe"), config);
-  } else if (std::any_of(config.slaves.begin(), config.slaves.end(), [](const auto& slave) { return slave.ip; })) {
-    root.fail("", "a [[slave]] has an ip, but there is no [eoe] table with its interface");
+  if (config.can) {
+    choose_master_node(root, config);
+    read_can_faults(root, config);
+  } else {
+    read_simulation(root, config);
+    read_services(root, config);
+    if (root.has("dc")) config.clocks = read_clocks(root.table("dc"), config.period, config.slaves);
   }
-  if (root.has("gateway")) config.gateway = read_gateway(root.table("gateway"), config.slaves);
-  if (root.has("dc")) config.clocks = read_clocks(root.table("dc"), config.period, config.slaves);
   for (auto& reader : root.tables("axis"))
     config.axes.push_back(read_axis(std::move(reader), file.parent_path(), config, mode));
   read_virtual_axes(root, config);

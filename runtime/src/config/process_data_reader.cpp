@@ -147,9 +147,10 @@ void read_process_data(TomlReader& root, LineConfig& config) {
       root.fail("group", "\"others\" is reserved for the slaves that are in no group");
     }
   }
-  auto line = root.table("line");
+  const bool sync = config.can && root.table("bus").has("sync_ms");
+  auto period = root.table(sync ? "bus" : "line");
   for (std::size_t i = 0; i < membership.size(); ++i) {
-    if (!membership[i]) check_interpolation(line, "cycle_us", config, i, 1);
+    if (!membership[i]) check_interpolation(period, sync ? "sync_ms" : "cycle_us", config, i, 1);
   }
   gather_others(config, membership);
   for (auto& copy : root.tables("copy")) config.process_data.copies.push_back(read_copy(std::move(copy), config));

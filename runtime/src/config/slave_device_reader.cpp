@@ -31,7 +31,29 @@ const DeviceFamily& read_family(TomlReader& reader, const DeviceRegistry& device
   return *family;
 }
 
+std::shared_ptr<const SlaveDevice> make_device(TomlReader& reader, const LineConfig& config, DeviceFiles& files,
+                                               const SlaveConfig& slave, const DeviceFamily& family) {
+  std::vector<std::shared_ptr<const SlaveDevice>> before;
+  for (const auto& other : config.slaves) before.push_back(other.device);
+  auto device = family.read({reader, files.directory(), slave.esi, before});
+  if (!device) reader.fail("model", fmt::format("the family \"{}\" created no device from it", family.key()));
+  return device;
+}
+
 }  // namespace
+
+std::shared_ptr<const SlaveDevice> read_can_device(TomlReader& reader, const LineConfig& config, DeviceFiles& files,
+                                                   const SlaveConfig& slave) {
+  const auto& family = read_family(reader, config.devices, "");
+  auto device = make_device(reader, config, files, slave, family);
+  if (!device->simulate_on_can({slave.name, 1, slave.can.node, config.can->bit_rate, slave.can.dip})) {
+    reader.fail("model", fmt::format("is \"{}\", which has no CAN connection", family.key()));
+  }
+  if (const auto reason = device->why_not_at(config.can->bit_rate); !reason.empty()) {
+    reader.fail("model", fmt::format("\"{}\" {}", slave.name, reason));
+  }
+  return device;
+}
 
 void read_slave_device(TomlReader& reader, const LineConfig& config, DeviceFiles& files, SlaveConfig& slave) {
   const bool esi = reader.has("esi");
@@ -39,10 +61,7 @@ void read_slave_device(TomlReader& reader, const LineConfig& config, DeviceFiles
   if (esi && sii) reader.fail("sii", "is set together with esi: a device has one source");
   if (esi) slave.esi = files.read_description(reader);
   const auto& family = read_family(reader, config.devices, esi ? "esi" : sii ? "sii" : "");
-  std::vector<std::shared_ptr<const SlaveDevice>> before;
-  for (const auto& other : config.slaves) before.push_back(other.device);
-  slave.device = family.read({reader, files.directory(), slave.esi, before});
-  if (!slave.device) reader.fail("model", fmt::format("the family \"{}\" created no device from it", family.key()));
+  slave.device = make_device(reader, config, files, slave, family);
   if (!slave.device->on_ethercat()) {
     reader.fail("model", fmt::format("is \"{}\", which has no EtherCAT connection", family.key()));
   }

@@ -107,49 +107,13 @@ void read_startup(TomlReader reader, SlavePlanConfig& config) {
   reader.finish();
 }
 
-motion::StartupSdo read_sdo(TomlReader reader) {
-  motion::StartupSdo sdo;
-  sdo.index = static_cast<std::uint16_t>(reader.integer("index", 0x1000, 0xFFFF));
-  sdo.subindex = static_cast<std::uint8_t>(reader.integer_or("subindex", 0, 0, 255));
-  sdo.complete = reader.boolean_or("complete", false);
-  if (sdo.complete && sdo.subindex > 1) reader.fail("subindex", "must be 0 or 1 with complete access");
-  const bool before_op = reader.choice_or("before", 0, {"safeop", "op"}) == 1;
-  sdo.in = before_op ? motion::StartupState::kSafeOperational : motion::StartupState::kPreOperational;
-  if (reader.boolean_or("optional", false)) sdo.need = motion::WriteNeed::kOptional;
-  const auto type = parse_type(reader.text_or("type", ""));
-  if (!type) reader.fail("type", type.error().reason);
-  const auto text =
-      reader.is_text("value") ? reader.text("value") : std::to_string(reader.integer("value", INT64_MIN, INT64_MAX));
-  auto data = parse_value(text, *type);
-  if (!data) reader.fail("value", data.error().reason);
-  sdo.data = std::move(*data);
-  reader.finish();
-  return sdo;
-}
-
-/// Parses "0x6040:0:16": index, sub-index, bits.
-motion::MappedObject parse_entry(const TomlReader& reader, std::string_view text) {
-  const auto first = text.find(':');
-  const auto second = first == std::string_view::npos ? first : text.find(':', first + 1);
-  if (second != std::string_view::npos) {
-    const auto index = parse_number(text.substr(0, first), 0xFFFF);
-    const auto subindex = parse_number(text.substr(first + 1, second - first - 1), 0xFF);
-    const auto bits = parse_number(text.substr(second + 1), 0xFF);
-    if (index && subindex && bits && *bits > 0) {
-      return {static_cast<std::uint16_t>(*index), static_cast<std::uint8_t>(*subindex),
-              static_cast<std::uint8_t>(*bits)};
-    }
-  }
-  reader.fail("entries", fmt::format("\"{}\" is not \"index:sub-index:bits\", e.g. \"0x6040:0:16\"", text));
-}
-
 void read_pdo(TomlReader reader, motion::PdoConfiguration& configuration) {
   motion::PdoMapping pdo;
   pdo.index = static_cast<std::uint16_t>(reader.integer("index", 0x1600, 0x1BFF));
   const bool input_range = pdo.index >= 0x1A00;
   const bool input = reader.choice_or("direction", input_range ? 1 : 0, {"out", "in"}) == 1;
   if (reader.has("sync_manager")) pdo.sync_manager = static_cast<std::uint8_t>(reader.integer("sync_manager", 0, 15));
-  for (const auto& entry : reader.texts_or("entries", {})) pdo.objects.push_back(parse_entry(reader, entry));
+  for (const auto& entry : reader.texts_or("entries", {})) pdo.objects.push_back(parse_pdo_entry(reader, entry));
   if (pdo.objects.size() > 255) reader.fail("entries", "are more than 255");
   reader.finish();
   (input ? configuration.inputs : configuration.outputs).push_back(std::move(pdo));
@@ -175,6 +139,41 @@ void read_hot_connect(TomlReader& slave, SlavePlanConfig& config) {
 
 }  // namespace
 
+motion::StartupSdo read_startup_sdo(TomlReader reader) {
+  motion::StartupSdo sdo;
+  sdo.index = static_cast<std::uint16_t>(reader.integer("index", 0x1000, 0xFFFF));
+  sdo.subindex = static_cast<std::uint8_t>(reader.integer_or("subindex", 0, 0, 255));
+  sdo.complete = reader.boolean_or("complete", false);
+  if (sdo.complete && sdo.subindex > 1) reader.fail("subindex", "must be 0 or 1 with complete access");
+  const bool before_op = reader.choice_or("before", 0, {"safeop", "op"}) == 1;
+  sdo.in = before_op ? motion::StartupState::kSafeOperational : motion::StartupState::kPreOperational;
+  if (reader.boolean_or("optional", false)) sdo.need = motion::WriteNeed::kOptional;
+  const auto type = parse_type(reader.text_or("type", ""));
+  if (!type) reader.fail("type", type.error().reason);
+  const auto text =
+      reader.is_text("value") ? reader.text("value") : std::to_string(reader.integer("value", INT64_MIN, INT64_MAX));
+  auto data = parse_value(text, *type);
+  if (!data) reader.fail("value", data.error().reason);
+  sdo.data = std::move(*data);
+  reader.finish();
+  return sdo;
+}
+
+motion::MappedObject parse_pdo_entry(const TomlReader& reader, std::string_view text) {
+  const auto first = text.find(':');
+  const auto second = first == std::string_view::npos ? first : text.find(':', first + 1);
+  if (second != std::string_view::npos) {
+    const auto index = parse_number(text.substr(0, first), 0xFFFF);
+    const auto subindex = parse_number(text.substr(first + 1, second - first - 1), 0xFF);
+    const auto bits = parse_number(text.substr(second + 1), 0xFF);
+    if (index && subindex && bits && *bits > 0) {
+      return {static_cast<std::uint16_t>(*index), static_cast<std::uint8_t>(*subindex),
+              static_cast<std::uint8_t>(*bits)};
+    }
+  }
+  reader.fail("entries", fmt::format("\"{}\" is not \"index:sub-index:bits\", e.g. \"0x6040:0:16\"", text));
+}
+
 SlavePlanConfig read_slave_plan(TomlReader& slave) {
   SlavePlanConfig config;
   config.revision = read_rule(slave, "revision");
@@ -191,7 +190,7 @@ SlavePlanConfig read_slave_plan(TomlReader& slave) {
   config.watchdog = read_watchdogs(slave.table("watchdog"));
   config.timeouts = read_timeouts(slave.table("timeouts"), config.mailbox_timeouts);
   read_startup(slave.table("startup"), config);
-  for (auto& sdo : slave.tables("sdo")) config.sdos.push_back(read_sdo(std::move(sdo)));
+  for (auto& sdo : slave.tables("sdo")) config.sdos.push_back(read_startup_sdo(std::move(sdo)));
   for (auto& pdo : slave.tables("pdo")) {
     if (!config.pdos) config.pdos.emplace();
     read_pdo(std::move(pdo), *config.pdos);

@@ -22,17 +22,6 @@ using std::chrono::nanoseconds;
 /// Longest delay of a slave; a longer one would use up the cycle.
 constexpr std::int64_t kMaxDelayNs = 1'000'000;
 
-/// Reads a name that is not used in `others`.
-template <typename Named>
-std::string read_name(TomlReader& reader, const std::vector<Named>& others) {
-  auto name = reader.text("name");
-  if (name.empty() || name.size() > kMaxNameLength) reader.fail("name", kNameLengthText);
-  if (std::any_of(others.begin(), others.end(), [&](const Named& other) { return other.name == name; })) {
-    reader.fail("name", fmt::format("\"{}\" is there twice", name));
-  }
-  return name;
-}
-
 /// Reads the EEPROM content that an earlier simulation has stored.
 void read_eeprom(TomlReader& reader, const std::filesystem::path& directory, SlaveConfig& slave) {
   if (!reader.has("sii_file")) return;
@@ -89,10 +78,19 @@ ecat_master::HotConnectPlace find_hot_connect_place(const TomlReader& reader, co
 
 }  // namespace
 
+std::string read_slave_name(TomlReader& reader, const std::vector<SlaveConfig>& others) {
+  auto name = reader.text("name");
+  if (name.empty() || name.size() > kMaxNameLength) reader.fail("name", kNameLengthText);
+  if (std::any_of(others.begin(), others.end(), [&](const SlaveConfig& other) { return other.name == name; })) {
+    reader.fail("name", fmt::format("\"{}\" is there twice", name));
+  }
+  return name;
+}
+
 SlaveConfig read_slave(TomlReader reader, const LineConfig& config, DeviceFiles& files) {
   const auto& others = config.slaves;
   SlaveConfig slave;
-  slave.name = read_name(reader, others);
+  slave.name = read_slave_name(reader, others);
   read_slave_device(reader, config, files, slave);
   auto identity = [&reader](std::string_view key) -> std::optional<std::uint32_t> {
     if (!reader.has(key)) return std::nullopt;

@@ -6,7 +6,10 @@
 
 namespace driveline::runtime {
 
-/// Reads a [[slave]]; those above it and [bus] have been read.
+/// Reads the name of a [[slave]], which none of `others` has. Throws ConfigError.
+[[nodiscard]] std::string read_slave_name(TomlReader& reader, const std::vector<SlaveConfig>& others);
+
+/// Reads a [[slave]] of a line of EtherCAT; those above it and [bus] have been read. Throws ConfigError.
 [[nodiscard]] SlaveConfig read_slave(TomlReader reader, const LineConfig& config, DeviceFiles& files);
 
 }  // namespace driveline::runtime

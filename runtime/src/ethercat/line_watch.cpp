@@ -25,6 +25,12 @@ ecat_master::LineSupervisor::Settings supervision(const RecoveryConfig& recovery
   return settings;
 }
 
+std::vector<LossWatch::Losable> losable(const ecat_master::Master& master) {
+  std::vector<LossWatch::Losable> slaves;
+  for (const auto& slave : master.slaves()) slaves.push_back({slave.plan.hot_connect});
+  return slaves;
+}
+
 }  // namespace
 
 LineWatch::LineWatch(ecat_master::Master& master, const port::RedundantPort* ring, LineMotion* motion,
@@ -35,39 +41,24 @@ LineWatch::LineWatch(ecat_master::Master& master, const port::RedundantPort* rin
       clock_(clock),
       listener_(std::move(listener)),
       supervisor_(master, ring, supervision(config.recovery)),
-      absences_([&core = *master.core()](motion::MasterAbsence& absence) { return core.take_absence(absence); },
-                clock.now()),
+      losses_({&config, &clock, motion,
+               [&core = *master.core()](motion::MasterAbsence& absence) { return core.take_absence(absence); }},
+              losable(master), listener_),
       last_emergency_(clock.now()),
-      away_since_(master.slaves().size()),
       next_delays_(clock.now() + kDelayInterval) {
   for (std::size_t i = 0; i < master.slaves().size(); ++i) {
     if (!master.slaves()[i].present) notice(events::SlaveNotConnected{i, name_of(i)});
   }
 }
 
-/// Whether the run continues without this slave.
-bool LineWatch::expendable(std::size_t slave) const {
-  return config_.recovery.axes != LossPolicy::kStop || master_.slaves()[slave].plan.hot_connect;
-}
-
 bool LineWatch::poll() {
-  if (!master_was_there() || !frames_come_back()) return false;
+  if (!losses_.master_was_there() || !frames_come_back()) return false;
   supervisor_.poll();
   const bool line = take_line_events();
   if (motion_ != nullptr) motion_->poll(listener_);
   fetch_messages();
-  const bool motion = motion_goes_on();
+  const bool motion = losses_.motion_goes_on();
   return line && motion && !waits_in_vain() && clocks_answer();
-}
-
-/// Checked first, because faults that drives report after an absence of the master are caused by that absence.
-bool LineWatch::master_was_there() {
-  const auto found = absences_.poll();
-  for (const auto& absence : found.bridged) notice(events::MasterAway{absence, lost_limit(config_)});
-  if (!found.stopped) return true;
-  const bool over = config_.recovery.axes == LossPolicy::kStop;
-  listener_(events::MasterAway{*found.stopped, lost_limit(config_)}, over ? Severity::kFailure : Severity::kFault);
-  return !over;
 }
 
 /// Checked before any slave is asked: on a line that is cut off at the master, every request would wait for its
@@ -115,13 +106,13 @@ bool LineWatch::take(const LineEvent& event) {
                         event.kind == Kind::kJoined || event.kind == Kind::kRecoveryFailed ||
                         event.kind == Kind::kRegistersChanged || event.kind == Kind::kRegistersRestored;
   events::LineChanged changed{event, of_slave ? name_of(event.slave) : std::string(), std::nullopt};
-  if (event.kind == Kind::kLeftOp) changed.after = absences_.cause_of(event.time);
+  if (event.kind == Kind::kLeftOp) changed.after = losses_.cause_of(event.time);
   switch (event.kind) {
     case Kind::kLeftOp:
     case Kind::kGone:
     case Kind::kRegistersChanged:
-      away_since_[event.slave] = event.time;
-      if (expendable(event.slave)) {
+      losses_.lost(event.slave, event.time);
+      if (losses_.expendable(event.slave)) {
         fault(std::move(changed));
         return true;
       }
@@ -132,7 +123,7 @@ bool LineWatch::take(const LineEvent& event) {
       return false;
     case Kind::kJoined:
     case Kind::kRecovered:
-      away_since_[event.slave] = {};
+      losses_.back(event.slave);
       [[fallthrough]];
     case Kind::kRingClosed:
       notice(std::move(changed));
@@ -155,17 +146,11 @@ bool LineWatch::take(const LineEvent& event) {
 }
 
 bool LineWatch::waits_in_vain() {
-  const auto timeout = config_.recovery.give_up;
-  if (timeout.count() == 0) return false;
-  const auto now = clock_.now();
-  for (std::size_t i = 0; i < away_since_.size(); ++i) {
-    if (away_since_[i] == nanoseconds{0} || master_.slaves()[i].plan.hot_connect) continue;
-    if (now - away_since_[i] < timeout) continue;
-    state_ = "INCOMPLETE";
-    end(events::SlaveNotBack{i, name_of(i), timeout});
-    return true;
-  }
-  return false;
+  const auto missed = losses_.missed_too_long();
+  if (!missed) return false;
+  state_ = "INCOMPLETE";
+  end(events::SlaveNotBack{*missed, name_of(*missed), config_.recovery.give_up});
+  return true;
 }
 
 /// Fetches unsolicited messages of the slaves: one round of the mailboxes per poll(); slaves without a mailbox take no
@@ -205,24 +190,13 @@ bool LineWatch::clocks_answer() {
   return false;
 }
 
-bool LineWatch::motion_goes_on() {
-  if (motion_ == nullptr) return true;
-  auto stopped = motion_->failure();
-  if (!stopped) return true;
-  if (stopped->failure.cause == motion::MotionFailure::Cause::kAxisFault)
-    stopped->after = absences_.cause_of(clock_.now());
-  end(std::move(*stopped));
-  return false;
-}
-
 void LineWatch::tell_rest() {
   if (motion_ != nullptr) motion_->poll(listener_);
-  if (const auto rest = absences_.rest(master_.core()->absences_dropped())) notice(*rest);
-  for (std::size_t i = 0; i < away_since_.size(); ++i) {
-    if (away_since_[i] == nanoseconds{0} || master_.slaves()[i].plan.hot_connect || state_ != "OP") continue;
-    state_ = "INCOMPLETE";
-    end(events::SlaveNotBack{i, name_of(i), std::nullopt});
-  }
+  losses_.tell_rest(master_.core()->absences_dropped());
+  const auto missed = losses_.first_missed();
+  if (!missed || state_ != "OP") return;
+  state_ = "INCOMPLETE";
+  end(events::SlaveNotBack{*missed, name_of(*missed), std::nullopt});
 }
 
 }  // namespace driveline::runtime

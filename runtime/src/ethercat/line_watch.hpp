@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "bus/absence_watch.hpp"
 #include "bus/line_motion.hpp"
+#include "bus/loss_watch.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/event/event.hpp"
@@ -37,15 +37,12 @@ class LineWatch {
  private:
   using LossPolicy = motion::LossPolicy;
 
-  [[nodiscard]] bool master_was_there();
   [[nodiscard]] bool frames_come_back();
   [[nodiscard]] bool clocks_answer();
   [[nodiscard]] bool take_line_events();
   [[nodiscard]] bool take(const ecat_master::LineEvent& event);
   [[nodiscard]] bool waits_in_vain();
   void fetch_messages();
-  [[nodiscard]] bool motion_goes_on();
-  [[nodiscard]] bool expendable(std::size_t slave) const;
   [[nodiscard]] std::string name_of(std::size_t slave) const { return master_.slaves()[slave].plan.name; }
   void notice(EventFacts facts) { listener_(std::move(facts), Severity::kNotice); }
   void fault(EventFacts facts) { listener_(std::move(facts), Severity::kFault); }
@@ -57,10 +54,9 @@ class LineWatch {
   rt::Clock& clock_;
   Listener listener_;
   ecat_master::LineSupervisor supervisor_;
-  AbsenceWatch absences_;
+  LossWatch losses_;
   std::uint64_t events_taken_ = 0;
   std::chrono::nanoseconds last_emergency_;
-  std::vector<std::chrono::nanoseconds> away_since_;  ///< time at which each slave was lost; zero: not lost
   std::chrono::nanoseconds silent_since_{0};
   std::uint64_t stale_before_ = 0;          ///< late frames until the last poll() at which frames were in time
   std::chrono::nanoseconds next_delays_{};  ///< time of the next measurement of the propagation delays

@@ -48,6 +48,14 @@ class EventSentence {
   std::string operator()(const events::MasterAway& facts) const;
   std::string operator()(const events::MasterAwayOften& facts) const;
 
+  // can_sentences.cpp
+  std::string operator()(const events::CanPortOpened& facts) const;
+  std::string operator()(const events::NodesConfigured& facts) const;
+  std::string operator()(const events::NodeNoted& facts) const;
+  std::string operator()(const events::NodeChanged& facts) const;
+  std::string operator()(const events::CanStateChanged& facts) const;
+  std::string operator()(const events::NodeNotReleased& facts) const;
+
   // axis_sentences.cpp
   std::string operator()(const events::AxisPresenceChanged& facts) const;
   std::string operator()(const events::AxesStopped& facts) const;

@@ -20,6 +20,7 @@ RunReport LineRun::make_report() {
   report.period = config_.period;
   report.duration_s = seconds_in_operation();
   bus_.report(report);
+  report.bus_load = recorder_->bus_load();
   if (trace_) report.trace = trace_->cycles();
   report.trace_without_switches = switches_unknown_;
   if (motion_) report.path_late = motion_->control().path_late();

@@ -75,7 +75,17 @@ void Recorder::write_header(const std::vector<snapshot::AxisSample>& row) {
   stream << '\n';
 }
 
-void Recorder::lines(std::span<const snapshot::LineSample>) {}
+/// Only cycles of a CAN bus have a load.
+void Recorder::lines(std::span<const snapshot::LineSample> samples) {
+  const auto begin = operation_begin_.load();
+  for (const auto& sample : samples) {
+    if (sample.bus_load <= 0.0F || sample.time_ns < begin || sample.time_ns >= operation_end_.load()) continue;
+    const auto load = static_cast<double>(sample.bus_load);
+    ++load_.samples;
+    load_.mean += (load - load_.mean) / static_cast<double>(load_.samples);
+    load_.maximum = std::max(load_.maximum, load);
+  }
+}
 
 void Recorder::axes(std::span<const snapshot::AxisSample> samples) {
   const auto begin = operation_begin_.load();

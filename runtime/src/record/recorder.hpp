@@ -12,6 +12,7 @@
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/runtime/files/output_file.hpp"
+#include "driveline/runtime/record/can_report.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
 #include "record/last_rows.hpp"
 
@@ -74,6 +75,8 @@ class Recorder final : public snapshot::SampleConsumer {
   void finish(const snapshot::DrainCounters& counters) override;
 
   [[nodiscard]] const std::vector<FollowingError>& following_errors() const noexcept { return errors_; }
+  /// Load of the bus in operation, where it is measured.
+  [[nodiscard]] const BusLoad& bus_load() const noexcept { return load_; }
   [[nodiscard]] std::uint64_t rows() const noexcept { return rows_ ? rows_->rows() : 0; }
   /// Time of the first row if earlier ones have been dropped.
   [[nodiscard]] std::optional<double> begins_at_s() const noexcept {
@@ -102,6 +105,7 @@ class Recorder final : public snapshot::SampleConsumer {
     double increments_per_unit = 1.0;  ///< increments per rad or m
   };
   std::vector<FollowingError> errors_;
+  BusLoad load_;
   std::vector<Column> columns_;
   std::filesystem::path csv_name_;
   std::optional<OutputFile> csv_;

@@ -42,15 +42,6 @@ std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32
   return slaves::make_persona_slave(std::move(device), options, config.personas);
 }
 
-/// Returns the axes whose drives are in this [[slave]].
-std::vector<const motion::AxisConfig*> axes_of(const LineConfig& config, std::size_t slave) {
-  std::vector<const motion::AxisConfig*> axes;
-  for (const auto& axis : config.axes) {
-    if (axis.slave == slave) axes.push_back(&axis);
-  }
-  return axes;
-}
-
 /// Whether the slave keeps its PDOs: the standard ones of an axis contain the objects of one drive only.
 bool uses_own_pdos(const SlaveConfig& slave, std::span<const motion::AxisConfig* const> axes) {
   if (slave.plan.pdos) return false;
@@ -62,17 +53,6 @@ void add_range(const motion::AxisConfig& axis, std::vector<motion::StartupSdo>& 
   if (axis.range_min >= axis.range_max) return;
   sdos.push_back(motion::startup_sdo(0x607B, 1, axis.range_min));
   sdos.push_back(motion::startup_sdo(0x607B, 2, axis.range_max));
-}
-
-/// Returns the start-up SDOs of an axis. `has_mode`: 6060h is in the process data of every drive.
-std::vector<motion::StartupSdo> startup_sdos_of(const LineConfig& config, const motion::AxisConfig& axis,
-                                                bool has_mode) {
-  const auto& slave = config.slaves[axis.slave];
-  auto sdos = drive_rules(config, slave).startup_sdos(axis, config.period * exchange_divider(config, slave));
-  add_range(axis, sdos);
-  if (!has_mode) sdos.push_back(motion::mode_sdo(axis.mode));
-  for (auto& sdo : sdos) sdo.index = motion::object_of_drive(sdo.index, axis.drive);
-  return sdos;
 }
 
 /// Time from the frames to SYNC0 of a slave, and cycle of SYNC0.
@@ -132,6 +112,24 @@ std::unique_ptr<slaves::SimulatedLine> make_simulated_line(const LineConfig& con
   return line;
 }
 
+std::vector<const motion::AxisConfig*> axes_of_slave(const LineConfig& config, std::size_t slave) {
+  std::vector<const motion::AxisConfig*> axes;
+  for (const auto& axis : config.axes) {
+    if (axis.slave == slave) axes.push_back(&axis);
+  }
+  return axes;
+}
+
+std::vector<motion::StartupSdo> axis_startup_sdos(const LineConfig& config, const motion::AxisConfig& axis,
+                                                  bool has_mode) {
+  const auto& slave = config.slaves[axis.slave];
+  auto sdos = drive_rules(config, slave).startup_sdos(axis, config.period * exchange_divider(config, slave));
+  add_range(axis, sdos);
+  if (!has_mode) sdos.push_back(motion::mode_sdo(axis.mode));
+  for (auto& sdo : sdos) sdo.index = motion::object_of_drive(sdo.index, axis.drive);
+  return sdos;
+}
+
 std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
   std::vector<ecat_master::SlavePlan> plans;
   for (std::size_t i = 0; i < config.slaves.size(); ++i) {
@@ -142,12 +140,12 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
     const auto identity = expected_identity(slave);
     plan.vendor_id = identity.vendor_id;
     plan.product_code = identity.product_code;
-    const auto axes = axes_of(config, i);
+    const auto axes = axes_of_slave(config, i);
     plan.own_pdos = uses_own_pdos(slave, axes);
     const bool standard = !plan.own_pdos && !slave.plan.pdos;
     if (standard) plan.pdos = motion::axis_pdo_configuration();
     for (const auto* axis : axes) {
-      const auto sdos = startup_sdos_of(config, *axis, standard);
+      const auto sdos = axis_startup_sdos(config, *axis, standard);
       plan.startup_sdos.insert(plan.startup_sdos.end(), sdos.begin(), sdos.end());
     }
     slave.plan.apply(plan);

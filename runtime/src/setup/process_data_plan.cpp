@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
@@ -28,6 +29,9 @@ Result<void> give_names(const LineConfig& config, ProcessVariables& variables) {
   return {};
 }
 
+/// Target of interpolated position, which the standard PDOs of EtherCAT do not have.
+constexpr std::uint16_t kInterpolationData = 0x60C1;
+
 /// Returns the axis whose cycle writes this output; null: the output is free.
 const motion::AxisConfig* writer_of(const LineConfig& config, const ProcessVariable& variable) {
   const auto& pdos = motion::axis_pdo_configuration().outputs;
@@ -37,6 +41,7 @@ const motion::AxisConfig* writer_of(const LineConfig& config, const ProcessVaria
       return motion::object_of_drive(object.index, axis.drive) == variable.index &&
              object.subindex == variable.subindex;
     };
+    if (motion::object_of_drive(kInterpolationData, axis.drive) == variable.index) return true;
     return std::any_of(pdos.begin(), pdos.end(),
                        [&](const auto& pdo) { return std::any_of(pdo.objects.begin(), pdo.objects.end(), is_it); });
   };
@@ -138,7 +143,11 @@ Result<void> check_axis_objects(const LineConfig& config, const ecat_master::Mas
 }
 
 Result<NamedProcessData> name_process_data(const LineConfig& config, const ecat_master::Master& master) {
-  NamedProcessData named{ProcessVariables(master.slaves(), master.image()), {}};
+  return name_process_data(config, ProcessVariables(master.slaves(), master.image()));
+}
+
+Result<NamedProcessData> name_process_data(const LineConfig& config, ProcessVariables variables) {
+  NamedProcessData named{std::move(variables), {}};
   if (auto done = give_names(config, named.variables); !done) return tl::unexpected(done.error());
   for (const auto& wanted : config.process_data.copies) {
     const auto copy = make_copy(config, wanted, named.variables);

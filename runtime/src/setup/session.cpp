@@ -72,6 +72,9 @@ Result<std::unique_ptr<Session>> Session::open(const BusOptions& options, const 
   if (!options.config.empty()) {
     auto config = load_line_config(options.config, options.devices);
     if (!config) return tl::unexpected(config.error());
+    if (config->can) {
+      return fail_file(options.config, "[bus] type is \"can\", a line of EtherCAT is expected here");
+    }
     return open(std::move(*config), options, adjust);
   }
   if (options.interface.empty())

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "driveline/wire/al.hpp"
+#include "telemetry/feed_owners.hpp"
 
 namespace driveline::runtime {
 
@@ -128,15 +129,7 @@ void SlaveWatch::read() {
 }
 
 bool SlaveWatch::set_owners(const std::vector<std::string>& owners) {
-  bool changed = condition_.owners.size() != owners.size();
-  condition_.owners.resize(owners.size());
-  for (std::size_t i = 0; i < owners.size(); ++i) {
-    snapshot::FeedOwner told;
-    told.name.set(owners[i]);
-    changed = changed || told.name.bytes != condition_.owners[i].name.bytes;
-    condition_.owners[i] = told;
-  }
-  return changed;
+  return set_feed_owners(owners, condition_);
 }
 
 void SlaveWatch::set_clocks() {

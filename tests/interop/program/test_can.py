@@ -246,15 +246,15 @@ class BadInput(CanLine):
                 (head + node + 'model = "device"\n', "model"),
                 (head + node + "dc = {}\n", "dc"),
                 (head + 'bit_rate = 300000\n' + node, "bit_rate: is 300000, a rate whose bits are whole nanoseconds"),
-                (head + node + "[realtime]\ncpu = 1\n", "realtime")):
+                (head + node + "[realtime]\ncpus = 1\n", "cpus: unknown key")):
             config = self.write("line.toml", text)
             result = self.run_program("simulate", "--config", config, "--slcan", "127.0.0.1:0")
             self.assertEqual(result.returncode, 2, (text, result.stderr))
             self.assertRegex(result.stderr, r"line\.toml(:\d+)?: ")
             self.assertIn(says, result.stderr)
 
-    def test_a_run_needs_a_line_of_ethercat(self):
-        result = self.run_program("run", "--config", CAN8)
+    def test_clocks_need_a_line_of_ethercat(self):
+        result = self.run_program("dc", "--config", CAN8)
         self.assertEqual(result.returncode, 2)
         self.assertIn('is a CAN bus, and this command is for lines of EtherCAT', result.stderr)
 

@@ -209,7 +209,7 @@ TEST_F(LineControlTest, QuestionsAreAnsweredByTheLineAndHoldUpNoStop) {
               HasSubstr("the line has no groups of axes"));
   EXPECT_THAT(send_command(path, "quit", "run").value_or(""), HasSubstr("\"quit\" is not a command of a running line"));
   EXPECT_THAT(send_command(path, "fault list", "run").value_or(""),
-              HasSubstr("error: the slaves of this line are on a network interface"));
+              HasSubstr("error: the slaves of this line are on an interface"));
 }
 
 }  // namespace

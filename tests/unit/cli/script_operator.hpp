@@ -17,7 +17,7 @@ class ScriptOperator final : public runtime::Observer {
   void event(const runtime::Event& event) override { waits_ = waits_ || event.is<runtime::events::NoPath>(); }
   void poll() override {
     if (over || !waits_) return;
-    const auto done = script_.step(line_.axes(), line_.groups(), line_.session().clock().now());
+    const auto done = script_.step(line_.axes(), line_.groups(), line_.clock().now());
     if (!done) problem = done.error().text;
     over = !done || *done;
     if (over) line_.request_stop();

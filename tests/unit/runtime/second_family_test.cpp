@@ -54,7 +54,7 @@ TEST_F(SecondFamily, RunsBesideTheFirstAndIsToldWhatItsMakeWants) {
   EXPECT_LE(report->axes[0].following_error_max, 1.0) << "increments: it is where it is told to be, when it is told";
 
   // A master without knowledge of the families.
-  ecat_master::Master master((*line)->session().port(), (*line)->session().clock());
+  ecat_master::Master master((*line)->session()->port(), (*line)->clock());
   auto ready = master.scan();
   if (ready) ready = master.enter_pre_op();
   ASSERT_TRUE(ready) << ecat_master::describe(ready.error());

@@ -2,6 +2,7 @@
 
 // Events, and all kinds of facts they can have.
 #include "driveline/runtime/event/axis_events.hpp"
+#include "driveline/runtime/event/can_events.hpp"
 #include "driveline/runtime/event/command_events.hpp"
 #include "driveline/runtime/event/event.hpp"
 #include "driveline/runtime/event/group_events.hpp"

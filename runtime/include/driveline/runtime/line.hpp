@@ -18,15 +18,22 @@
 #include "driveline/snapshot/sample_consumer.hpp"
 #include "driveline/trajectory/interpolator.hpp"
 
+namespace driveline::canopen {
+class CanMaster;
+}
+
 namespace driveline::runtime {
 
+class CanBus;
+class CanSession;
 class EtherCatBus;
+class LineBus;
 class LineRun;
 class LineTasks;
 
-/// A drive line in operation: everything from the line description to the report. Brings the line up, moves the axes
-/// along their path, treats lost slaves as the description says, records faults, and finally brings all slaves back to
-/// INIT.
+/// A drive line in operation, on EtherCAT or on a CAN bus: everything from the line description to the report. Brings
+/// the line up, moves the axes along their path, treats lost slaves as the description says, records faults, and
+/// finally brings all slaves back to INIT (CANopen: Pre-operational).
 ///
 ///   auto line = runtime::Line::from_file("cell.toml");
 ///   if (!line) return fail(runtime::describe(line.error()));
@@ -38,7 +45,9 @@ class Line {
  public:
   /// Selects the bus; overrides the description.
   struct Options {
-    std::string interface;         ///< network interface; replaces the simulated line or interface of the description
+    /// Network interface, or text of canopen::open_can_port(); replaces the simulated line or interface of the
+    /// description.
+    std::string interface;
     std::string second_interface;  ///< interface at the far end of a ring
     bool virtual_time = false;     ///< simulated line on virtual time: deterministic, as fast as possible
     /// For all axes of a file, instead of their own mode: CSP, CSV or CST.
@@ -80,8 +89,12 @@ class Line {
 
   /// Returns the description as read and adjusted.
   [[nodiscard]] const LineConfig& config() const noexcept { return session_->config(); }
-  /// Returns the bus of the line.
-  [[nodiscard]] Session& session() noexcept { return *session_; }
+  /// Returns the clock of the line.
+  [[nodiscard]] rt::Clock& clock() noexcept { return session_->clock(); }
+  /// Returns the bus of a line of EtherCAT; null: it is a CAN line.
+  [[nodiscard]] Session* session() noexcept { return ethercat_; }
+  /// Returns the bus of a CAN line; null: it is a line of EtherCAT.
+  [[nodiscard]] CanSession* can_session() noexcept { return can_; }
 
   /// Sets the observer of all events; it must outlive the line. Call before run().
   void observe(Observer& observer) noexcept { observer_ = &observer; }
@@ -119,35 +132,43 @@ class Line {
   /// Same for the axis groups of the line ([[axis_group]]).
   [[nodiscard]] GroupRequests& groups() noexcept { return groups_; }
 
-  /// Diagnoses the running line. Call on the owner's thread, in Observer::poll(). Errors: the line is not in operation
-  /// (kCall), errors of the bus (kLine).
+  /// Diagnoses the running line of EtherCAT. Call on the owner's thread, in Observer::poll(). Errors: the line is not
+  /// in operation, or is a CAN line (kCall), errors of the bus (kLine).
   [[nodiscard]] Result<ecat_master::LineDiagnosis> diagnose();
   /// Returns the master of the line, for mailboxes and registers of its slaves; states and configuration belong to the
-  /// line. Call on the owner's thread, in Observer::poll(). Null: the line is not in operation.
+  /// line. Call on the owner's thread, in Observer::poll(). Null: the line is not in operation, or is a CAN line.
   [[nodiscard]] ecat_master::Master* master() noexcept;
+  /// Returns the master of a CAN line, for objects and states of its nodes; their configuration belongs to the line.
+  /// Call on the owner's thread, in Observer::poll(). Null: the line is not in operation, or is one of EtherCAT.
+  [[nodiscard]] canopen::CanMaster* can_master() noexcept;
   /// Returns ports, addresses and counters of EoE; none: the line has no [eoe] or is not in operation yet. Call on the
   /// owner's thread, in Observer::poll().
   [[nodiscard]] std::optional<EoeReport> eoe() const;
 
  private:
-  explicit Line(std::unique_ptr<Session> session, std::optional<trajectory::Interpolator> path);
+  Line(std::unique_ptr<LineSession> session, std::optional<trajectory::Interpolator> path);
   [[nodiscard]] static Result<std::unique_ptr<Line>> open(std::optional<LineConfig> config, const BusOptions& bus,
                                                           const Session::Adjust& adjust);
+  [[nodiscard]] std::unique_ptr<LineBus> make_bus();
   void finish_capture(RunReport& report);
 
-  std::unique_ptr<Session> session_;
+  std::unique_ptr<LineSession> session_;
+  Session* ethercat_;  ///< session_, of a line of EtherCAT
+  CanSession* can_;    ///< session_, of a CAN line
   std::optional<trajectory::Interpolator> path_;
   motion::SetpointSource* source_ = nullptr;
   Observer silent_;
   Observer* observer_ = &silent_;
   std::vector<snapshot::SampleConsumer*> consumers_;
   std::unique_ptr<LineTasks> tasks_;
-  rt::MonotonicClock clock_;  ///< measures the keep-alive times of clients
+  rt::MonotonicClock real_time_;  ///< measures the keep-alive times of clients
   AxisRequests axis_requests_;
   GroupRequests groups_;
   std::atomic<bool> stop_{false};
   std::unique_ptr<LineRun> run_;
-  std::unique_ptr<EtherCatBus> bus_;  ///< ends before the run, whose motion its cycle uses
+  std::unique_ptr<LineBus> bus_;         ///< ends before the run, whose motion its cycle uses
+  EtherCatBus* ethercat_bus_ = nullptr;  ///< bus_, of a line of EtherCAT
+  CanBus* can_bus_ = nullptr;            ///< bus_, of a CAN line
 };
 
 }  // namespace driveline::runtime

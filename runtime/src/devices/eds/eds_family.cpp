@@ -95,6 +95,11 @@ std::string EdsFileDevice::why_not_at(std::uint32_t bit_rate) const {
                      fmt::join(rates, ", "), bit_rate / 1000);
 }
 
+std::optional<bool> EdsFileDevice::has_object(std::uint16_t index) const {
+  const auto& objects = source_.model->file().device.objects;
+  return std::any_of(objects.begin(), objects.end(), [index](const auto& object) { return object.index == index; });
+}
+
 std::shared_ptr<const SlaveDevice> EdsFamily::read(const DeviceTable& table) const {
   auto& reader = table.keys;
   if (!reader.has("eds")) {

@@ -21,6 +21,7 @@ class EdsFileDevice final : public SlaveDevice {
   [[nodiscard]] bool on_ethercat() const noexcept override { return false; }
   [[nodiscard]] std::unique_ptr<CanDevice> simulate_on_can(const CanPlace& place) const override;
   [[nodiscard]] std::string why_not_at(std::uint32_t bit_rate) const override;
+  [[nodiscard]] std::optional<bool> has_object(std::uint16_t index) const override;
   [[nodiscard]] const Source& source() const noexcept { return source_; }
 
  private:

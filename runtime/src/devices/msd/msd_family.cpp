@@ -71,7 +71,7 @@ std::unique_ptr<CanDevice> MsdDevice::simulate_on_can(const CanPlace& place) con
   parameters.name = place.name;
   parameters.serial_number = place.serial_number;
   slaves::msd::CanConnection connection;
-  connection.dip_switch = {place.node_id};
+  connection.dip_switch = {place.dip_switch.value_or(place.node_id)};
   return std::make_unique<MsdOnCan>(parameters, connection);
 }
 

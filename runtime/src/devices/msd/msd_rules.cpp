@@ -36,4 +36,10 @@ std::vector<motion::StartupSdo> MsdRules::startup_sdos(const motion::AxisConfig&
   return sdos;
 }
 
+std::vector<motion::StartupSdo> MsdRules::sync_watch_sdos(std::chrono::milliseconds limit) const {
+  constexpr std::uint8_t kSync = 0;
+  return {startup_sdo(parameter(2061), 0, kSync),
+          startup_sdo(parameter(2062), 0, static_cast<std::uint32_t>(limit.count()))};
+}
+
 }  // namespace driveline::runtime

@@ -17,6 +17,8 @@ class MsdRules : public DriveRules {
   /// torque from 60B2h (P 379 sub 2 = 1).
   [[nodiscard]] std::vector<motion::StartupSdo> startup_sdos(const motion::AxisConfig& axis,
                                                              std::chrono::nanoseconds period) const override;
+  /// Monitors SYNC in Operational (P 2061 = 0, P 2062; MSD manual 8.5).
+  [[nodiscard]] std::vector<motion::StartupSdo> sync_watch_sdos(std::chrono::milliseconds limit) const override;
   [[nodiscard]] unsigned interpolation_exchanges() const noexcept override { return motion::kSplinePeriods; }
   /// MSD manual 9.1: the cycle time is a multiple of 125 us.
   [[nodiscard]] std::chrono::nanoseconds clock_base() const noexcept override { return std::chrono::microseconds{125}; }
@@ -36,6 +38,8 @@ class ServoOneRules final : public MsdRules {
   [[nodiscard]] std::string_view why_no_torque_offset() const noexcept override {
     return "accepts torque offsets only with an interpolation that driveline does not use (P 370 = 2)";
   }
+  /// The ServoOne has no 1016h.
+  [[nodiscard]] bool consumes_heartbeat() const noexcept override { return false; }
 };
 
 }  // namespace driveline::runtime

@@ -10,6 +10,8 @@ struct CanPortOptions {
                                        ///< 800000, 1000000; adapters whose rate is set elsewhere ignore it
   bool listen_only = false;            ///< receives without acknowledging, where the adapter can
   bool error_frames = false;           ///< reports error frames, where the adapter can
+  bool automatic_recovery = false;     ///< a simulated bus only: returns from bus off by itself, as adapters do that
+                                       ///< are set up so (SocketCAN: restart-ms)
 };
 
 }  // namespace driveline::canopen

@@ -3,11 +3,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "driveline/runtime/can_line/can_fault_text.hpp"
+#include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/devices/device_registry.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/slaves/can/wiring.hpp"
@@ -19,9 +20,10 @@ struct CanNodeConfig {
   std::string name;                           ///< unique on the line
   std::uint8_t node_id = 0;                   ///< 1 to 127
   std::shared_ptr<const SlaveDevice> device;  ///< has a CAN connection; never null
+  std::optional<std::uint8_t> dip_switch{};   ///< setting of its DIP switch, if that is not the node-ID
 };
 
-/// A line description with [bus] type = "can".
+/// What the simulation and the tools need of a line description with [bus] type = "can".
 struct CanLineConfig {
   std::string name = "line";           ///< for messages
   std::string interface = "can0";      ///< the name by which clients of socketcand open the bus
@@ -36,7 +38,11 @@ struct CanLineConfig {
 /// be read or parsed, which load_line_config() and load_can_line_config() explain.
 [[nodiscard]] bool describes_can_line(const std::filesystem::path& file);
 
-/// Reads the description of a CAN line. Errors (kFile): place and reason, as load_line_config() has them.
+/// Returns what the simulation and the tools need of a description. Precondition: it has LineConfig::can.
+[[nodiscard]] CanLineConfig can_line_of(const LineConfig& config);
+
+/// Reads the description of a CAN line with load_line_config(). Errors (kFile): place and reason as there; the line is
+/// one of EtherCAT.
 [[nodiscard]] Result<CanLineConfig> load_can_line_config(const std::filesystem::path& file,
                                                          const DeviceRegistry& devices = DeviceRegistry());
 /// Reads it from a text; `name` is for errors, and its folder is where files are looked for.

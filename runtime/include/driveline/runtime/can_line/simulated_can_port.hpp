@@ -6,6 +6,7 @@
 #include "driveline/canopen_port/open_can_port.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/can_line/can_line.hpp"
+#include "driveline/runtime/can_line/can_line_calls.hpp"
 #include "driveline/runtime/can_line/can_line_config.hpp"
 
 namespace driveline::runtime {
@@ -19,7 +20,7 @@ class SimulatedCanPort final : public canopen::CanPort {
   /// Frames that wait for receive() at most; more are lost and counted.
   static constexpr std::size_t kQueueFrames = 4096;
 
-  /// The bit rate is that of the line; of the options, `listen_only` and `error_frames` count. `clock` must outlive the
+  /// The bit rate is that of the line; of the options, all others count. `clock` must outlive the
   /// port.
   SimulatedCanPort(const CanLineConfig& config, const canopen::CanPortOptions& options, rt::Clock& clock);
   SimulatedCanPort(const SimulatedCanPort&) = delete;
@@ -33,6 +34,8 @@ class SimulatedCanPort final : public canopen::CanPort {
 
   /// Returns the line, to inject faults or to look at its bus; its time is advanced by the port alone.
   [[nodiscard]] CanLine& line() noexcept { return line_; }
+  /// Returns the way to the line for a thread that does not use the port.
+  [[nodiscard]] CanLineCalls& calls() noexcept { return calls_; }
 
  private:
   class Adapter;
@@ -40,6 +43,7 @@ class SimulatedCanPort final : public canopen::CanPort {
   void advance();
 
   CanLine line_;
+  CanLineCalls calls_;
   rt::Clock* clock_;
   std::chrono::nanoseconds start_;
   std::unique_ptr<Adapter> adapter_;

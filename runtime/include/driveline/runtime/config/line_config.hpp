@@ -19,6 +19,7 @@
 #include "driveline/port/interface_port.hpp"
 #include "driveline/rt/realtime_thread.hpp"
 #include "driveline/runtime/config/axis_group_config.hpp"
+#include "driveline/runtime/config/can_bus_config.hpp"
 #include "driveline/runtime/config/command_config.hpp"
 #include "driveline/runtime/config/coupling_config.hpp"
 #include "driveline/runtime/config/eoe_config.hpp"
@@ -80,6 +81,7 @@ struct SlaveConfig {
   std::vector<slaves::Persona> personas;      ///< quirks of the simulated device
   std::filesystem::path sii_file;             ///< file in which `simulate` stores the EEPROM content; empty: none
   std::vector<std::byte> sii_content;         ///< content of sii_file; empty: the file does not exist yet
+  CanSlaveConfig can{};                       ///< its node, on a CAN line
 };
 
 /// [path] of a line description: source of the setpoints.
@@ -118,8 +120,11 @@ struct LineConfig {
   std::string name = "line";                                         ///< for messages and telemetry
   DeviceRegistry devices;                                            ///< families of slaves and drives
   std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< cycle time of the master
-  std::optional<std::string> interface;                              ///< none: the simulated line in this process
-  std::optional<std::string> interface2;                             ///< interface at the far end of a ring
+  std::optional<CanBusConfig> can;                                   ///< none: a line of EtherCAT
+  /// Network interface, or on a CAN line the text of canopen::open_can_port(); none: the simulated line in this
+  /// process.
+  std::optional<std::string> interface;
+  std::optional<std::string> interface2;            ///< interface at the far end of a ring
   port::PortChoice port = port::PortChoice::kAuto;  ///< port type that sends and receives the frames of the cycle
   std::optional<std::chrono::nanoseconds> launch_ahead{};  ///< time by which frames reach the kernel before they leave
   std::shared_ptr<const esi::EsiLibrary> esi_library;      ///< for slaves without `esi`; null: none
@@ -183,7 +188,8 @@ struct LostLimit {
 /// Reads a line description (TOML) whose slaves are of the families in `devices`. Checks every key: unknown keys, wrong
 /// types and values out of range are errors with a sentence that starts with file:line and says what was expected.
 /// Paths in the file are relative to the file, except the output directory, which is relative to the working directory.
-/// `mode` (CSP, CSV or CST) overrides the `mode` of every axis; the file is checked as if it contained it.
+/// `mode` (CSP, CSV or CST) overrides the `mode` of every axis; the file is checked as if it contained it. Lines with
+/// [bus] type = "can" have LineConfig::can; what they cannot have is an error, too.
 [[nodiscard]] Result<LineConfig> load_line_config(const std::filesystem::path& file,
                                                   const DeviceRegistry& devices = DeviceRegistry{},
                                                   std::optional<motion::cia402::Mode> mode = std::nullopt);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -16,6 +17,8 @@ struct CanPlace {
   std::uint8_t node_id = 0;         ///< 1 to 127
   /// Bit rate of the line in bit/s, for devices that do not have their own in a parameter.
   std::uint32_t bit_rate = 1'000'000;
+  /// Setting of its DIP switch, if that is not the node-ID.
+  std::optional<std::uint8_t> dip_switch{};
 };
 
 /// A simulated device on a CAN bus. Belongs to the thread that advances the bus.

@@ -47,6 +47,15 @@ class DriveRules {
   /// Returns the time of which the cycle of SYNC0 must be a multiple; 0: any cycle.
   [[nodiscard]] virtual std::chrono::nanoseconds clock_base() const noexcept { return {}; }
 
+  /// Whether the drive consumes the heartbeat of a CANopen master (1016h).
+  [[nodiscard]] virtual bool consumes_heartbeat() const noexcept { return true; }
+
+  /// Returns the start-up SDOs with which a drive on a CAN bus stops after `limit` without SYNC; empty: it has no such
+  /// watch.
+  [[nodiscard]] virtual std::vector<motion::StartupSdo> sync_watch_sdos(std::chrono::milliseconds /*limit*/) const {
+    return {};
+  }
+
   /// Returns the defaults of an axis with such a drive.
   [[nodiscard]] virtual AxisDefaults axis_defaults() const { return {}; }
 };

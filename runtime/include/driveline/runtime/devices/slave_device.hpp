@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "driveline/runtime/devices/can_device.hpp"
@@ -45,6 +46,9 @@ class SlaveDevice {
   /// Returns why the device cannot be on a CAN bus with this bit rate in bit/s, as the continuation of a sentence after
   /// its name; empty: it can.
   [[nodiscard]] virtual std::string why_not_at(std::uint32_t /*bit_rate*/) const { return {}; }
+
+  /// Whether the device has an object, by the file that describes it; none: not known.
+  [[nodiscard]] virtual std::optional<bool> has_object(std::uint16_t /*index*/) const { return std::nullopt; }
 
   /// Returns why the device cannot be an axis, as the continuation of a sentence after its name: "is a device of
   /// io.xml, an axis needs a drive". Empty: it is a drive.

@@ -33,6 +33,8 @@ struct BridgeStill;
 struct BridgeStopped;
 struct BusFailed;
 struct CallerRefused;
+struct CanPortOpened;
+struct CanStateChanged;
 struct CaptureIncomplete;
 struct ClocksBeingSet;
 struct ClocksChanged;
@@ -73,6 +75,10 @@ struct MasterAwayOften;
 struct NoDescription;
 struct NoPath;
 struct NoProcessData;
+struct NodeChanged;
+struct NodeNotReleased;
+struct NodeNoted;
+struct NodesConfigured;
 struct NotInInit;
 struct Progress;
 struct RealtimeSetUp;
@@ -130,7 +136,8 @@ using EventKinds = EventKindList<
     events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved, events::StreamClientLeft,
     events::TelemetryOff, events::BridgeStill, events::BridgeStopped, events::BridgeBack, events::BridgeRemark,
     events::InvalidBridgeCounts, events::CommandsOpen, events::CommandAnswered, events::CommandsSummary,
-    events::CommanderLost, events::InvalidCommands>;
+    events::CommanderLost, events::InvalidCommands, events::CanPortOpened, events::NodesConfigured, events::NodeNoted,
+    events::NodeChanged, events::CanStateChanged, events::NodeNotReleased>;
 
 /// A type that is a kind of event.
 template <typename Kind>
@@ -139,7 +146,7 @@ concept EventKind = EventKinds::number_of<Kind>()
 
 /// The facts of an event: a value of one of the EventKinds, which does not change any more. Copies share it.
 ///
-/// Not a std::variant: each source that moves or destroys one of 80 kinds would compile the code for all of them.
+/// Not a std::variant: each source that moves or destroys one of 90 kinds would compile the code for all of them.
 class EventFacts {
  public:
   /// Allocates: not for the cycle.

@@ -17,6 +17,7 @@
 #include "driveline/runtime/event/axis_events.hpp"
 #include "driveline/runtime/event/event.hpp"
 #include "driveline/runtime/gateway/mailbox_gateway.hpp"
+#include "driveline/runtime/record/can_report.hpp"
 #include "driveline/runtime/record/image_view.hpp"
 #include "driveline/runtime/record/input_values.hpp"
 #include "driveline/runtime/setup/task.hpp"
@@ -96,7 +97,8 @@ struct InterfaceReport {
 /// Results of a run.
 struct RunReport {
   std::string line;
-  /// State of the line at the end of the operation: "OP", or the lower state to which it had fallen.
+  /// State of the line at the end of the operation: "OP" (CANopen: "Operational"), or the lower state to which it had
+  /// fallen.
   std::string state;
   std::vector<AxisRunReport> axes;
   std::vector<AxisGroupRunReport> axis_groups;
@@ -118,6 +120,8 @@ struct RunReport {
   std::optional<ImageView> process_data;       ///< none: the line was not configured
   std::optional<ClockReport> clocks;           ///< none: the drives ran free
   std::optional<RingReport> ring;              ///< none: the line is no ring
+  std::optional<CanReport> can;                ///< none: the line is one of EtherCAT
+  BusLoad bus_load;                            ///< no samples: the bus does not measure it
   std::vector<TaskReport> tasks;               ///< tasks of the application, in the order in which they were added
   std::optional<EoeReport> eoe;                ///< none: the line has no EoE
   std::vector<GatewayClient> gateway_clients;  ///< clients of the mailbox gateway

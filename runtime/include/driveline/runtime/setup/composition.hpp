@@ -25,6 +25,13 @@ namespace driveline::runtime {
 [[nodiscard]] std::unique_ptr<slaves::SimulatedLine> make_simulated_line(const LineConfig& config, rt::Clock& clock,
                                                                          bool second_interface = false);
 
+/// Returns the axes whose drives are in this [[slave]].
+[[nodiscard]] std::vector<const motion::AxisConfig*> axes_of_slave(const LineConfig& config, std::size_t slave);
+
+/// Returns the start-up SDOs of an axis. `has_mode`: 6060h is in the process data of every drive.
+[[nodiscard]] std::vector<motion::StartupSdo> axis_startup_sdos(const LineConfig& config,
+                                                                const motion::AxisConfig& axis, bool has_mode);
+
 /// Makes the plans for the master: identities, start-up SDOs and PDOs of the configured slaves.
 [[nodiscard]] std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config);
 

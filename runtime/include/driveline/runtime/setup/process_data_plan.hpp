@@ -35,6 +35,9 @@ struct NamedProcessData {
 /// Call after Master::configure(). Errors, with file and line: an unknown name, a copy between entries of different
 /// size, or a copy to an entry that an axis or another copy writes.
 [[nodiscard]] Result<NamedProcessData> name_process_data(const LineConfig& config, const ecat_master::Master& master);
+/// Same for process data that another bus has placed in its image.
+[[nodiscard]] Result<NamedProcessData> name_process_data(const LineConfig& config,
+                                                         ecat_master::ProcessVariables variables);
 
 /// Finds an output by name that neither an axis nor a copy writes. Error: with this `place` of the file.
 [[nodiscard]] Result<ecat_master::ProcessVariable> find_free_output(const LineConfig& config, std::string_view name,

@@ -16,6 +16,7 @@
 #include "driveline/port/redundant_port.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 #include "driveline/runtime/setup/line_orders.hpp"
+#include "driveline/runtime/setup/line_session.hpp"
 
 namespace driveline::runtime {
 
@@ -34,12 +35,9 @@ struct BusOptions {
 [[nodiscard]] Result<std::vector<port::InterfaceLock>> take_locks(std::span<const std::string> interfaces, bool force,
                                                                   std::string_view would);
 
-/// An open bus: clock, port, and the simulated line or interface of the port.
-class Session {
+/// An open bus of EtherCAT: clock, port, and the simulated line or interface of the port.
+class Session final : public LineSession {
  public:
-  /// Changes or refuses a configuration before anything is opened.
-  using Adjust = std::function<Result<void>(LineConfig&)>;
-
   /// Reads the configuration, opens the interface or builds the simulated line, and the capture if it is configured.
   [[nodiscard]] static Result<std::unique_ptr<Session>> open(const BusOptions& options, const Adjust& adjust = {});
   /// Same for a configuration in memory; BusOptions::config is ignored.
@@ -47,14 +45,11 @@ class Session {
                                                              const Adjust& adjust = {});
 
   /// Finishes the capture unless close_capture() has done so.
-  ~Session();
+  ~Session() override;
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Tells other processes of this program that the line on these interfaces has a master, as long as the session
-  /// exists. `would`: what this process is about to do to the line, for the sentence of the error. Error: another
-  /// process has claimed the line; not with `force`. Does nothing for a line in this process.
-  [[nodiscard]] Result<void> claim(bool force, std::string_view would);
+  [[nodiscard]] Result<void> claim(bool force, std::string_view would) override;
   /// Whether another process of this program has claimed the line.
   [[nodiscard]] bool claimed_by_another() const;
 
@@ -62,14 +57,12 @@ class Session {
   /// simulated in this process.
   [[nodiscard]] std::string no_link() const;
 
-  /// Returns the configuration with the options applied.
-  [[nodiscard]] const LineConfig& config() const noexcept { return config_; }
+  [[nodiscard]] const LineConfig& config() const noexcept override { return config_; }
   /// Whether there is a line description.
   [[nodiscard]] bool has_config() const noexcept { return has_config_; }
   /// For a line without a description: sets the slaves that were found instead of those of a file.
   void use_found_slaves(std::vector<SlaveConfig> slaves) { config_.slaves = std::move(slaves); }
-  /// Returns the clock of the bus: monotonic or virtual.
-  [[nodiscard]] rt::Clock& clock() noexcept { return *clock_; }
+  [[nodiscard]] rt::Clock& clock() noexcept override { return *clock_; }
   /// Returns the port of the bus; frames pass the capture if there is one.
   [[nodiscard]] port::Port& port() noexcept { return capture_ ? static_cast<port::Port&>(*capture_) : *wire_; }
   /// Returns the two ends of a ring; null: the line has one end.
@@ -89,15 +82,8 @@ class Session {
   [[nodiscard]] const std::vector<Wire>& wires() const noexcept { return wires_; }
   /// Returns the time by which the port takes frames before they leave (Port::hold_until()); 0: it sends at once.
   [[nodiscard]] std::chrono::nanoseconds launch_ahead() const noexcept { return launch_ahead_; }
-  /// Whether the bus runs on virtual time.
-  [[nodiscard]] bool virtual_time() const noexcept { return virtual_time_; }
-  /// Result of a capture.
-  struct Capture {
-    std::optional<std::filesystem::path> file;  ///< none: no capture, or no frames
-    std::uint64_t dropped = 0;                  ///< frames that are missing in the file
-  };
-  /// Finishes the capture, if there is one. Call once nothing uses the port any more.
-  [[nodiscard]] Result<Capture> close_capture();
+  [[nodiscard]] bool virtual_time() const noexcept override { return virtual_time_; }
+  [[nodiscard]] Result<Capture> close_capture() override;
 
  private:
   Session() = default;

@@ -1,4 +1,4 @@
-#include "driveline/runtime/can_line/can_fault_text.hpp"
+#include "driveline/runtime/config/can_fault_text.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -22,7 +22,7 @@ using slaves::can::BusFaultParameterRow;
 using slaves::can::BusFaultParameters;
 
 constexpr std::uint32_t kHighestIdentifier = 0x1FFF'FFFF;
-constexpr double kLongestMs = 86'400'000.0;
+constexpr double kLongestFaultMs = 86'400'000.0;
 constexpr std::array<std::string_view, 3> kEnds{"both", "first", "last"};  ///< in the order of BusEnd
 
 tl::unexpected<Error> wrong(std::string reason) {
@@ -180,8 +180,8 @@ Result<void> set_word(Draft& draft, std::string_view word, std::span<const std::
   };
   if (key == "for_ms") {
     const auto ms = finite_number(value);
-    if (!ms || *ms < 0.001 || *ms > kLongestMs) {
-      return named(wrong(fmt::format("is \"{}\", 0.001 to {} is expected", value, kLongestMs)));
+    if (!ms || *ms < 0.001 || *ms > kLongestFaultMs) {
+      return named(wrong(fmt::format("is \"{}\", 0.001 to {} is expected", value, kLongestFaultMs)));
     }
     return named(draft.set_duration(*ms));
   }
@@ -275,7 +275,7 @@ std::string can_fault_help() {
 
 CanFaultPlan read_can_fault(TomlReader reader, std::span<const std::string> names) {
   CanFaultPlan plan;
-  plan.at = std::chrono::nanoseconds{std::llround(reader.number_or("at_ms", 0.0, 0.0, kLongestMs) * 1e6)};
+  plan.at = std::chrono::nanoseconds{std::llround(reader.number_or("at_ms", 0.0, 0.0, kLongestFaultMs) * 1e6)};
   const auto row = find_kind(reader.text("kind"));
   if (!row) reader.fail("kind", row.error().reason);
   Draft draft(**row);
@@ -285,7 +285,7 @@ CanFaultPlan read_can_fault(TomlReader reader, std::span<const std::string> name
     if (!done) reader.fail(parameter.key, done.error().reason);
   }
   if (reader.has("for_ms")) {
-    const auto done = draft.set_duration(reader.number("for_ms", 0.001, kLongestMs));
+    const auto done = draft.set_duration(reader.number("for_ms", 0.001, kLongestFaultMs));
     if (!done) reader.fail("for_ms", done.error().reason);
   }
   reader.finish();

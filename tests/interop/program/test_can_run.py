@@ -1,0 +1,123 @@
+"""A CAN line that `run` drives: on virtual time, over slcan at a line that is served, and refusals."""
+import json
+import re
+import signal
+import subprocess
+
+from program import AXES, DRIVELINE, EXAMPLES, PATIENCE_S, ProgramTest, patient
+
+CAN8 = EXAMPLES / "can8.toml"
+TWO = """
+[line]
+name = "two"
+[bus]
+type = "can"
+sync_ms = 4
+max_lost_ms = 400
+[realtime]
+policy = "degrade"
+[telemetry]
+enabled = false
+[output]
+plots = false
+{path}
+[[slave]]
+name = "x"
+node = 3
+[[slave]]
+name = "y"
+node = 5
+[[axis]]
+name = "x"
+unit = "deg"
+[[axis]]
+name = "y"
+"""
+PATH = """[path]
+file = "two.csv"
+relative = true
+"""
+
+
+class CanLineOnVirtualTime(ProgramTest):
+    def run_example(self, name):
+        folder = self.directory / name
+        folder.mkdir()
+        result = subprocess.run([DRIVELINE, "run", "--config", CAN8, "--virtual", "--duration", "1", "--json",
+                                 "--no-telemetry", "--no-plots", "--capture", "can.log"],
+                                cwd=folder, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return self.one_document(result.stdout), (folder / "can.log").read_bytes()
+
+    def test_the_example_runs_twice_with_the_same_frames(self):
+        first, first_log = self.run_example("first")
+        second, second_log = self.run_example("second")
+        self.assertEqual(first, second)
+        self.assertEqual(first_log, second_log)
+        self.assertEqual(first["state"], "Operational")
+        self.assertEqual([axis["name"] for axis in first["axes"]], AXES)
+        self.assertEqual((first["cycle_ns"], first["cycles"]), (2_000_000, 500))
+        for key in ("missed_periods", "wkc_errors", "lost_frames"):
+            self.assertEqual(first[key], 0, key)
+        bus = first["can"]
+        self.assertEqual(bus["bit_rate"], 1_000_000)
+        self.assertEqual((bus["lost_pdos"], bus["late_pdos"], bus["emergencies"]), (0, 0, 0))
+        self.assertTrue(0.7 < bus["bus_load_mean"] < bus["worst_load"] < 0.88, bus)
+
+    def test_commands_of_a_script_move_axes(self):
+        self.write("two.toml", TWO.format(path=""))
+        self.write("moves.txt", "x move 90deg\nwait x\ny move by=1rad velocity=4rad/s\ny jog 2rad/s\nsleep 0.2s\ny halt\nwait all\n")
+        result = self.run_program("run", "--config", self.directory / "two.toml", "--virtual", "--script",
+                                  self.directory / "moves.txt", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(self.one_document(result.stdout)["faults"], [])
+
+
+class CanLineOverSlcan(ProgramTest):
+    def serve(self, config):
+        line = self.start("simulate", "--config", config, "--slcan", "127.0.0.1:0", "--control", "line.socket",
+                          log="line.log")
+        self.wait_for("the line is served", lambda: "Ctrl-C ends the program" in self.text("line.log"), line)
+        return line, int(re.search(r"slcan at 127\.0\.0\.1:(\d+)", self.text("line.log"))[1])
+
+    def test_two_axes_follow_their_path_at_a_served_line(self):
+        self.write("two.csv", "time[s],x[deg],y[rad]\n0,0,0\n0.5,30,1\n1,0,0\n")
+        self.write("two.toml", TWO.format(path=PATH))
+        config = self.directory / "two.toml"
+        line, port = self.serve(config)
+        result = self.run_program("run", "--config", config, "--iface", f"slcan:tcp:127.0.0.1:{port}", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = self.one_document(result.stdout)
+        self.assertEqual(document["state"], "Operational")
+        self.assertEqual(document["interfaces"][0]["name"], f"slcan:tcp:127.0.0.1:{port}")
+        self.assertGreater(document["can"]["frames_received"], 500)
+        self.assertEqual(document["faults"], [])
+        line.send_signal(signal.SIGTERM)
+        self.assertEqual(line.wait(PATIENCE_S), 0)
+
+
+class CanLinesThatAreRefused(ProgramTest):
+    def test_each_has_a_sentence(self):
+        self.write("two.toml", TWO.format(path=""))
+        two = self.directory / "two.toml"
+        rows = (
+            (("--iface", "slcan:tcp:127.0.0.1:1"), "a CAN line needs its description: --config FILE"),
+            (("--config", EXAMPLES / "line8.toml", "--iface", "slcan:tcp:127.0.0.1:1"), "describes a line of EtherCAT"),
+            (("--config", two, "--mode", "csp"), "mode 8 is EtherCAT only (MSD manual 2077-2079); use interpolated position"),
+            (("--config", two, "--iface", "slcan:tcp:127.0.0.1:1", "--virtual"), "has no virtual time"),
+            (("--config", two, "--iface", "slcan:tcp:127.0.0.1:1"), "127.0.0.1:1"),
+            (("--config", two, "--iface2", "eth1"), "a CAN bus is none"),
+        )
+        for arguments, sentence in rows:
+            with self.subTest(sentence):
+                result = self.run_program("run", *arguments)
+                self.assertNotEqual(result.returncode, 0)
+                self.assertIn(sentence, result.stderr)
+
+    def test_a_line_that_is_too_much_for_its_bus(self):
+        text = CAN8.read_text().replace("sync_ms = 2 ", "sync_ms = 1 ")
+        self.write("line8.csv", (EXAMPLES / "line8.csv").read_text())
+        self.write("fast.toml", text)
+        result = self.run_program("run", "--config", self.directory / "fast.toml", "--virtual", "--no-telemetry")
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("8 axes need 1.74 ms of bus in the worst case, SYNC is 1 ms: take 2 ms, or 3 axes", result.stderr)
