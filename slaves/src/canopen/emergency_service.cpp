@@ -53,7 +53,7 @@ void EmergencyService::raise(const Emergency& emergency, std::uint8_t source, bo
   send(message, allowed, now);
 }
 
-void EmergencyService::clear(std::uint16_t code, std::uint8_t source, bool allowed, nanoseconds now) noexcept {
+void EmergencyService::remove(std::uint16_t code, std::uint8_t source, bool allowed, nanoseconds now) noexcept {
   const auto removed =
       std::erase_if(errors_, [&](const Error& error) { return error.code == code && error.source == source; });
   if (removed == 0) return;

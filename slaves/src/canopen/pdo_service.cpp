@@ -5,14 +5,32 @@ namespace driveline::slaves::cia301 {
 PdoService::PdoService(ObjectDictionary& dictionary, Application& application, EmergencyService& emergency,
                        const DeviceOptions& options, Outbox& outbox)
     : dictionary_(&dictionary), application_(&application), emergency_(&emergency), options_(&options) {
+  rpdos_.reserve(options.rpdos);
+  tpdos_.reserve(options.tpdos);
   for (std::size_t i = 0; i < options.rpdos; ++i) rpdos_.emplace_back(dictionary, application, i, options);
   for (std::size_t i = 0; i < options.tpdos; ++i) tpdos_.emplace_back(dictionary, i, options, outbox);
+  rpdos_in_use_.reserve(options.rpdos);
+  tpdos_with_sync_.reserve(options.tpdos);
+  tpdos_with_events_.reserve(options.tpdos);
 }
 
 void PdoService::start(nanoseconds now) noexcept {
   running_ = true;
   for (Rpdo& rpdo : rpdos_) rpdo.restart();
   for (Tpdo& tpdo : tpdos_) tpdo.start(now);
+  select();
+}
+
+void PdoService::select() noexcept {
+  const auto choose = [](Places& places, const auto& pdos, auto&& wanted) {
+    places.clear();
+    for (std::size_t i = 0; i < pdos.size(); ++i) {
+      if (wanted(pdos[i])) places.push_back(static_cast<std::uint16_t>(i));
+    }
+  };
+  choose(rpdos_in_use_, rpdos_, [](const Rpdo& rpdo) { return rpdo.active(); });
+  choose(tpdos_with_sync_, tpdos_, [](const Tpdo& tpdo) { return tpdo.waits_for_sync(); });
+  choose(tpdos_with_events_, tpdos_, [](const Tpdo& tpdo) { return tpdo.waits_for_events(); });
 }
 
 void PdoService::stop() noexcept {
@@ -35,6 +53,7 @@ SdoResult<void> PdoService::check(const EntryRow& row, std::uint64_t raw) const 
 void PdoService::written(const EntryRow& row, nanoseconds now) noexcept {
   for (Rpdo& rpdo : rpdos_) rpdo.written(row);
   for (Tpdo& tpdo : tpdos_) tpdo.written(row, now);
+  if (running_) select();
 }
 
 void PdoService::receive(const Frame& frame, nanoseconds now) {
@@ -45,7 +64,9 @@ void PdoService::receive(const Frame& frame, nanoseconds now) {
     }
     return;
   }
-  for (std::size_t i = 0; i < rpdos_.size(); ++i) {
+  // By numbers: what the application does with the values may end the PDOs.
+  for (std::size_t n = 0; running_ && n < rpdos_in_use_.size(); ++n) {
+    const std::size_t i = rpdos_in_use_[n];
     if (!rpdos_[i].is(frame)) continue;
     application_->advance(now);
     const Rpdo::Result result = rpdos_[i].receive(frame);
@@ -76,13 +97,15 @@ void PdoService::judge(std::size_t number, Rpdo::Result result, nanoseconds now)
 }
 
 void PdoService::apply(bool synchronous, nanoseconds now) {
-  for (std::size_t i = 0; running_ && i < rpdos_.size(); ++i) {
+  for (std::size_t n = 0; running_ && n < rpdos_in_use_.size(); ++n) {
+    const std::size_t i = rpdos_in_use_[n];
     if (rpdos_[i].synchronous() == synchronous && rpdos_[i].apply()) application_->rpdo_applied(i, now);
   }
 }
 
 void PdoService::sample(nanoseconds now) noexcept {
-  for (Tpdo& tpdo : tpdos_) tpdo.sync(now);
+  if (!running_) return;
+  for (const std::size_t i : tpdos_with_sync_) tpdos_[i].sync(now);
 }
 
 void PdoService::trigger(std::size_t tpdo, nanoseconds now) noexcept {
@@ -90,7 +113,8 @@ void PdoService::trigger(std::size_t tpdo, nanoseconds now) noexcept {
 }
 
 void PdoService::watch(nanoseconds now) noexcept {
-  for (std::size_t i = 0; i < tpdos_.size(); ++i) tpdos_[i].watch(application_->event_mask(i), now);
+  if (!running_) return;
+  for (const std::size_t i : tpdos_with_events_) tpdos_[i].watch(application_->event_mask(i), now);
 }
 
 void PdoService::advance(nanoseconds now) {
@@ -99,12 +123,14 @@ void PdoService::advance(nanoseconds now) {
     application_->advance(now);
     apply(false, now);
   }
-  for (Tpdo& tpdo : tpdos_) tpdo.advance(now);
+  if (!running_) return;
+  for (const std::size_t i : tpdos_with_events_) tpdos_[i].advance(now);
 }
 
 nanoseconds PdoService::next_wake() const noexcept {
   nanoseconds next = cycle_;
-  for (const Tpdo& tpdo : tpdos_) next = std::min(next, tpdo.next_wake());
+  if (!running_) return next;
+  for (const std::size_t i : tpdos_with_events_) next = std::min(next, tpdos_[i].next_wake());
   return next;
 }
 

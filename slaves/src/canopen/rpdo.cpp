@@ -13,16 +13,18 @@ constexpr std::uint32_t kLastSynchronousRpdo = 240;
 Rpdo::Rpdo(ObjectDictionary& dictionary, DictionaryOwner& owner, std::size_t number, const DeviceOptions& options)
     : dictionary_(&dictionary),
       owner_(&owner),
+      options_(&options),
       mapping_index_(static_cast<std::uint16_t>(options.mapping.rx_first + number)),
-      limits_(options.mapping),
-      in_cycle_(options.pdo_cycle.count() > 0),
-      counts_syncs_(options.rpdo_counts_syncs),
       cob_id_(dictionary, static_cast<std::uint16_t>(0x1400 + number), 1),
       type_(dictionary, static_cast<std::uint16_t>(0x1400 + number), 2),
       map_(options.mapping.objects) {}
 
 void Rpdo::restart() noexcept {
-  map_.build_pdo(*dictionary_, mapping_index_, limits_);
+  const canopen::CobId cob_id = cob_id_.cob_id();
+  map_.build_pdo(*dictionary_, mapping_index_, options_->mapping);
+  identifier_ = cob_id.identifier();
+  active_ = cob_id_.exists() && !cob_id.invalid() && map_.size() != 0;
+  synchronous_ = type_.value() <= kLastSynchronousRpdo;
   settings_ = has_settings(map_);
   waits_ = false;
   syncs_ = 0;
@@ -40,16 +42,6 @@ void Rpdo::written(const EntryRow& row) noexcept {
   if (row.index == mapping_index_ || cob_id_.is(row) || type_.is(row)) restart();
 }
 
-bool Rpdo::is(const Frame& frame) const noexcept {
-  const canopen::CobId cob_id = cob_id_.cob_id();
-  const bool mine = cob_id_.exists() && !cob_id.invalid() && frame.identifier == cob_id.identifier();
-  return mine && map_.size() != 0 && frame.kind == canopen::FrameKind::kData;
-}
-
-bool Rpdo::synchronous() const noexcept {
-  return type_.value() <= kLastSynchronousRpdo;
-}
-
 void Rpdo::decode(const Frame& frame) noexcept {
   if (settings_) return decode_settings(map_, frame.payload(), *dictionary_, *owner_);
   map_.decode(frame.payload(), *dictionary_);
@@ -59,7 +51,7 @@ Rpdo::Result Rpdo::receive(const Frame& frame) noexcept {
   if (!is(frame)) return Result::kForeign;
   if (frame.length < map_.size()) return Result::kTooShort;
   too_long_ = frame.length > map_.size();
-  if (!synchronous() && !in_cycle_) {
+  if (!synchronous_ && options_->pdo_cycle.count() == 0) {
     decode(frame);
     return Result::kApplied;
   }
@@ -70,7 +62,7 @@ Rpdo::Result Rpdo::receive(const Frame& frame) noexcept {
 
 bool Rpdo::apply() noexcept {
   if (!waits_) return false;
-  if (counts_syncs_ && synchronous() && ++syncs_ < type_.value()) return false;
+  if (options_->rpdo_counts_syncs && synchronous_ && ++syncs_ < type_.value()) return false;
   waits_ = false;
   syncs_ = 0;
   decode(newest_);

@@ -188,7 +188,7 @@ void GenericDevice::build_process_data() {
 
 /// Whether a drive, a script or set_signal() determines the input.
 bool GenericDevice::driven(const PdoMap::Field& field) const noexcept {
-  if (field.is_text || field.constant) return false;
+  if (!field.is_number()) return false;
   return drives_.owns(field.slot) ||
          std::any_of(scripts_.begin(), scripts_.end(),
                      [&field](const ScriptedInput& script) { return script.input->slot == field.slot; }) ||
@@ -204,15 +204,15 @@ void GenericDevice::build_loops() {
   for (std::size_t n = 0; n < maps_.size(); ++n) {
     if (managers[n].use != Use::kOutputs) continue;
     for (const auto& field : maps_[n].fields()) {
-      const bool of_drive = !field.is_text && !field.constant && drives_.owns(field.slot);
-      if (!of_drive) outputs[{field.is_text, field.bits}].push_back(field);
+      const bool of_drive = field.is_number() && drives_.owns(field.slot);
+      if (!of_drive) outputs[{field.is_text(), field.bits}].push_back(field);
     }
   }
   for (std::size_t n = 0; n < maps_.size(); ++n) {
     if (managers[n].use != Use::kInputs) continue;
     for (const auto& field : maps_[n].fields()) {
-      auto& next = outputs[{field.is_text, field.bits}];
-      if (field.constant || next.empty() || driven(field)) continue;
+      auto& next = outputs[{field.is_text(), field.bits}];
+      if (field.storage == PdoMap::Storage::kConstant || next.empty() || driven(field)) continue;
       loops_.push_back({next.front(), field});
       next.pop_front();
     }
@@ -292,9 +292,9 @@ void GenericDevice::clear_outputs() noexcept {
   for (std::size_t n = 0; n < maps_.size(); ++n) {
     if (managers[n].use != Use::kOutputs) continue;
     for (const auto& field : maps_[n].fields()) {
-      if (field.is_text) {
+      if (field.is_text()) {
         dictionary_.text(field.slot).clear();
-      } else if (!field.constant) {
+      } else if (field.is_number()) {
         dictionary_.set_raw(field.slot, 0);
       }
     }
@@ -304,13 +304,14 @@ void GenericDevice::clear_outputs() noexcept {
 
 void GenericDevice::loop_back() noexcept {
   for (const auto& loop : loops_) {
-    if (loop.input.is_text) {
+    if (loop.input.is_text()) {
       dictionary_.text(loop.input.slot) = dictionary_.text(loop.output.slot);  // within the reserved capacity
       continue;
     }
     const auto value = dictionary_.raw(loop.output.slot);
     const auto mask = loop.input.bits < 64 ? (std::uint64_t{1} << loop.input.bits) - 1 : ~std::uint64_t{0};
-    dictionary_.set_raw(loop.input.slot, loop.input.is_signed ? sign_extended(value, loop.input.bits) : value & mask);
+    const bool is_signed = loop.input.storage == PdoMap::Storage::kSigned;
+    dictionary_.set_raw(loop.input.slot, is_signed ? sign_extended(value, loop.input.bits) : value & mask);
   }
 }
 
@@ -407,7 +408,7 @@ void GenericDevice::set_signal(std::size_t input, double value) noexcept {
   const EntryRow& row = *inputs_[input].row;
   if (is_string(row.type)) return;
   std::erase_if(scripts_, [&row](const ScriptedInput& script) { return script.input->slot == row.slot; });
-  std::erase_if(loops_, [&row](const Loop& loop) { return !loop.input.is_text && loop.input.slot == row.slot; });
+  std::erase_if(loops_, [&row](const Loop& loop) { return !loop.input.is_text() && loop.input.slot == row.slot; });
   if (std::find(set_slots_.begin(), set_slots_.end(), row.slot) == set_slots_.end()) set_slots_.push_back(row.slot);
   dictionary_.set_raw(row.slot, raw_from_number(row.type, is_real(row.type) ? value : std::nearbyint(value)));
 }

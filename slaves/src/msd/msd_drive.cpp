@@ -235,7 +235,7 @@ void MsdDrive::build_process_data() noexcept {
   settings_mapped_ = has_settings(rx_map_);
   ValueGroups sent;
   for (const PdoMap::Field& field : tx_map_.fields()) {
-    if (!field.is_text && !field.constant) sent = sent.with(value_group(field.slot));
+    if (field.is_number()) sent = sent.with(value_group(field.slot));
   }
   core_.send(sent);
 }

@@ -100,10 +100,6 @@ void ObjectDictionary::copy_backup_values(const ObjectDictionary& from, std::uin
   }
 }
 
-std::uint64_t ObjectDictionary::raw(const EntryRow& row) const noexcept {
-  return row.slot == slot::kConstant ? initial_raw(row) : values_[row.slot];
-}
-
 SdoResult<const EntryRow*> ObjectDictionary::locate(std::uint16_t index, std::uint8_t subindex) const {
   if (table_->object(index).empty()) return tl::unexpected(SdoAbort::kObjectDoesNotExist);
   const auto* row = table_->find(index, subindex);

@@ -44,6 +44,12 @@ bool is_dummy(const MappingEntry& entry) noexcept {
   return entry.bits == bit_size(row);
 }
 
+PdoMap::Storage storage_of(const EntryRow& row) noexcept {
+  if (is_string(row.type)) return PdoMap::Storage::kText;
+  if (row.slot == slot::kConstant) return PdoMap::Storage::kConstant;
+  return is_signed(row.type) ? PdoMap::Storage::kSigned : PdoMap::Storage::kUnsigned;
+}
+
 bool in_block(std::uint16_t index, std::uint16_t first, std::uint16_t count) noexcept {
   return index >= first && index < first + count;
 }
@@ -138,11 +144,9 @@ void PdoMap::append(const ObjectDictionary& dictionary, std::uint32_t entry) noe
   const auto offset = static_cast<std::uint32_t>(bits_);
   bits_ += mapping.bits;
   if (mapping.index == 0 || row == nullptr || fields_.size() == fields_.capacity()) return;
-  const bool text = is_string(row->type);
-  if (text && mapping.bits > 8U * row->string_length) return;
-  const bool constant = !text && row->slot == slot::kConstant;
-  fields_.push_back({offset, row->slot, mapping.bits, is_signed(row->type), text, constant,
-                     constant ? dictionary.raw(*row) : 0, row});
+  const auto storage = storage_of(*row);
+  if (storage == PdoMap::Storage::kText && mapping.bits > 8U * row->string_length) return;
+  fields_.push_back({row, offset, row->slot, mapping.bits, storage});
   append_copy(fields_.back());
 }
 
@@ -200,7 +204,7 @@ std::uint64_t load_field(const PdoMap::Field& field, std::span<const std::byte> 
       value = load_bits(data, field.bit_offset, field.bits);
       break;
   }
-  return field.is_signed ? sign_extended(value, field.bits) : value;
+  return field.storage == PdoMap::Storage::kSigned ? sign_extended(value, field.bits) : value;
 }
 
 void store_field(const PdoMap::Field& field, std::uint64_t value, std::span<std::byte> data) noexcept {
@@ -246,27 +250,28 @@ const PdoMap::Field* PdoMap::find(std::uint16_t index, std::uint8_t subindex) co
 namespace {
 
 void decode_field(const PdoMap::Field& field, std::span<const std::byte> data, ObjectDictionary& dictionary) noexcept {
-  if (field.constant || std::size_t{field.bit_offset} + field.bits > 8 * data.size()) return;
-  if (field.is_text) return load_text(field, data, dictionary.text(field.slot));
-  dictionary.set_raw(field.slot, load_field(field, data));
+  if (std::size_t{field.bit_offset} + field.bits > 8 * data.size()) return;
+  if (field.is_text()) return load_text(field, data, dictionary.text(field.slot));
+  if (field.is_number()) dictionary.set_raw(field.slot, load_field(field, data));
 }
 
 void encode_field(const PdoMap::Field& field, const ObjectDictionary& dictionary, std::span<std::byte> data) noexcept {
   if (std::size_t{field.bit_offset} + field.bits > 8 * data.size()) return;
-  if (field.is_text) return store_text(field, dictionary.text(field.slot), data);
-  store_field(field, field.constant ? field.constant_value : dictionary.raw(field.slot), data);
+  if (field.is_text()) return store_text(field, dictionary.text(field.slot), data);
+  store_field(field, dictionary.raw(*field.row), data);
 }
 
 }  // namespace
 
 /// Keeps the copies sorted by kind; those of the same kind stay in the order of the process data.
 void PdoMap::append_copy(const Field& field) noexcept {
-  const std::size_t bytes = field.is_text || field.constant ? 0 : whole_bytes(field);
+  const std::size_t bytes = field.is_number() ? whole_bytes(field) : 0;
   if (bytes != 4 && bytes != 2 && bytes != 1) {
     copies_only_ = false;
     return;
   }
-  const std::size_t kind = (bytes == 4 ? kSigned32 : bytes == 2 ? kSigned16 : kSigned8) + (field.is_signed ? 0U : 1U);
+  const std::size_t unsigned_behind = field.storage == Storage::kSigned ? 0 : 1;
+  const std::size_t kind = (bytes == 4 ? kSigned32 : bytes == 2 ? kSigned16 : kSigned8) + unsigned_behind;
   copies_.insert(copies_.begin() + ends_[kind], {static_cast<std::uint16_t>(field.bit_offset / 8), field.slot});
   for (std::size_t later = kind; later < kKinds; ++later) ++ends_[later];
 }

@@ -11,7 +11,7 @@ constexpr std::uint16_t kFirstProfileObject = 0x6000;
 constexpr std::size_t kMostFields = 64;
 
 bool is_setting(const PdoMap::Field& field) noexcept {
-  return !field.is_text && !field.constant && (field.row->access & access::kBackup) != 0;
+  return field.is_number() && (field.row->access & access::kBackup) != 0;
 }
 
 }  // namespace

@@ -96,20 +96,20 @@ std::size_t node_bytes(const slaves::DictionaryTable& table, bool stores) {
 }
 
 // What the MSD has on a bus beside its drive, which stores the values.
-TEST(CanMemory, ANodeWithoutItsDriveTakesAtMost9KiB) {
+TEST(CanMemory, ANodeWithoutItsDriveTakesAtMost8KiB) {
   if (heap_bytes() == 0) GTEST_SKIP() << "a sanitizer's heap, which mallinfo2 knows nothing of";
   const auto each = node_bytes(front_end_table(), false);
   RecordProperty("bytes", std::to_string(each));
-  EXPECT_LE(each, 9 * kKibibyte);
+  EXPECT_LE(each, 8 * kKibibyte);
   EXPECT_GT(each, sizeof(BareNode)) << "this is not what is meant to be counted";
 }
 
 // With values and stored values of its own application.
-TEST(CanMemory, ADeviceWithAllServicesTakesAtMost12KiB) {
+TEST(CanMemory, ADeviceWithAllServicesTakesAtMost10KiB) {
   if (heap_bytes() == 0) GTEST_SKIP() << "a sanitizer's heap, which mallinfo2 knows nothing of";
   const auto each = node_bytes(node_table(), true);
   RecordProperty("bytes", std::to_string(each));
-  EXPECT_LE(each, 12 * kKibibyte);
+  EXPECT_LE(each, 10 * kKibibyte);
 }
 
 TEST(CanMemory, AnMsdOnABusTakesAtMost30KiB) {

@@ -19,7 +19,7 @@ class TransmitQueue {
   /// Adds a frame; false: the queue is full or the frame is not valid, it is dropped and counted. \rtsafe
   bool push(const Frame& frame) noexcept;
   /// The frame to send next, or nullptr. \rtsafe
-  [[nodiscard]] const Frame* front() const noexcept { return waiting_.empty() ? nullptr : &waiting_.back().frame; }
+  [[nodiscard]] const Frame* front() const noexcept { return waiting_.empty() ? nullptr : &waiting_.back(); }
   /// Removes front(). Precondition: not empty. \rtsafe
   void pop() noexcept { waiting_.pop_back(); }
   /// Puts a frame back that was at the front, before equal ones; there is always room for one. \rtsafe
@@ -32,13 +32,8 @@ class TransmitQueue {
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
 
  private:
-  struct Waiting {
-    std::uint32_t arbitration;
-    Frame frame;
-  };
-
   std::size_t capacity_;
-  std::vector<Waiting> waiting_;  ///< the next one to be sent is at the end
+  std::vector<Frame> waiting_;  ///< the next one to be sent is at the end
   std::uint64_t dropped_ = 0;
 };
 

@@ -26,7 +26,9 @@ class EmergencyService {
   void raise(const Emergency& emergency, std::uint8_t source, bool allowed, nanoseconds now) noexcept;
   /// An error has gone. With the last one the message 0000h is sent, which is no error itself: it is not in the
   /// history. \rtsafe
-  void clear(std::uint16_t code, std::uint8_t source, bool allowed, nanoseconds now) noexcept;
+  void clear(std::uint16_t code, std::uint8_t source, bool allowed, nanoseconds now) noexcept {
+    if (!errors_.empty()) remove(code, source, allowed, now);
+  }
   /// Whether 1003h:00 or 1014h may have this value. Error: kValueRange. \rtsafe
   [[nodiscard]] SdoResult<void> check(const EntryRow& row, std::uint32_t raw) const noexcept;
   /// Clears the history when 0 was written to 1003h:00. \rtsafe
@@ -46,6 +48,7 @@ class EmergencyService {
   };
 
   void send(const Emergency& emergency, bool allowed, nanoseconds now) noexcept;
+  void remove(std::uint16_t code, std::uint8_t source, bool allowed, nanoseconds now) noexcept;
   void log(const Emergency& emergency) noexcept;
   [[nodiscard]] nanoseconds inhibit() const noexcept { return std::chrono::microseconds{100 * inhibit_time_.value()}; }
 

@@ -38,10 +38,10 @@ class Outbox {
   };
 
   can::Controller* controller_ = nullptr;
-  std::array<Delayed, kDelayed> delayed_{};
   std::size_t first_ = 0;
   std::size_t count_ = 0;
   std::uint64_t lost_ = 0;
+  std::array<Delayed, kDelayed> delayed_{};
 };
 
 }  // namespace driveline::slaves::cia301

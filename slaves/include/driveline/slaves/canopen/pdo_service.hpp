@@ -42,6 +42,11 @@ class PdoService {
   [[nodiscard]] nanoseconds next_wake() const noexcept;
 
  private:
+  /// Places of PDOs among those of their direction. A cycle touches no others: most of its time is memory that is not
+  /// in the cache.
+  using Places = std::vector<std::uint16_t>;
+
+  void select() noexcept;
   void judge(std::size_t number, Rpdo::Result result, nanoseconds now);
   void apply(bool synchronous, nanoseconds now);
   void plan_cycle(nanoseconds now) noexcept;
@@ -52,6 +57,9 @@ class PdoService {
   const DeviceOptions* options_;
   std::vector<Rpdo> rpdos_;
   std::vector<Tpdo> tpdos_;
+  Places rpdos_in_use_;         ///< exist, and map something
+  Places tpdos_with_sync_;      ///< of these, those that a SYNC concerns
+  Places tpdos_with_events_;    ///< and those that other values, or a timer, concern
   nanoseconds cycle_ = kNever;  ///< when event-driven RPDOs that wait are applied
   bool running_ = false;
 };

@@ -17,10 +17,10 @@ class Rpdo {
     kTooShort,  ///< fewer bytes than mapped: not used
   };
 
-  /// Dictionary and owner must outlive this. `number` counts from 0.
+  /// Everything must outlive this. `number` counts from 0.
   Rpdo(ObjectDictionary& dictionary, DictionaryOwner& owner, std::size_t number, const DeviceOptions& options);
 
-  /// Reads the mapping again, and forgets a frame that waits. \rtsafe
+  /// Reads communication parameters and mapping again, and forgets a frame that waits. \rtsafe
   void restart() noexcept;
   /// Whether an entry of 14xxh may have this value. Error: kValueRange. \rtsafe
   [[nodiscard]] SdoResult<void> check(const EntryRow& row, std::uint32_t raw) const noexcept;
@@ -28,10 +28,14 @@ class Rpdo {
   void written(const EntryRow& row) noexcept;
   /// Takes a frame while the device is operational. \rtsafe
   [[nodiscard]] Result receive(const Frame& frame) noexcept;
-  /// Whether the frame has the identifier of this PDO, which exists and maps something. \rtsafe
-  [[nodiscard]] bool is(const Frame& frame) const noexcept;
+  /// Whether it exists, and maps something. \rtsafe
+  [[nodiscard]] bool active() const noexcept { return active_; }
+  /// Whether the frame is one of this PDO. \rtsafe
+  [[nodiscard]] bool is(const Frame& frame) const noexcept {
+    return active_ && frame.identifier == identifier_ && frame.kind == canopen::FrameKind::kData;
+  }
   /// Whether it waits for a SYNC. \rtsafe
-  [[nodiscard]] bool synchronous() const noexcept;
+  [[nodiscard]] bool synchronous() const noexcept { return synchronous_; }
   /// A SYNC, or the cycle of PDOs: applies the newest frame that waits for it; false: there is none. \rtsafe
   bool apply() noexcept;
   /// Whether the last frame had more bytes than mapped. \rtsafe
@@ -42,18 +46,19 @@ class Rpdo {
 
   ObjectDictionary* dictionary_;
   DictionaryOwner* owner_;
+  const DeviceOptions* options_;
   std::uint16_t mapping_index_;
-  PdoLimits limits_;
-  bool in_cycle_;      ///< an event-driven frame waits, too
-  bool counts_syncs_;  ///< the type is the number of SYNCs that a frame waits for
   Entry cob_id_;
   Entry type_;
   PdoMap map_;
-  Frame newest_;  ///< waits
+  canopen::Identifier identifier_;
+  bool active_ = false;  ///< exists, and maps something
+  bool synchronous_ = false;
   bool waits_ = false;
-  std::uint32_t syncs_ = 0;  ///< since the first frame that waits
-  bool settings_ = false;    ///< are mapped
+  bool settings_ = false;  ///< are mapped
   bool too_long_ = false;
+  Frame newest_;             ///< waits
+  std::uint32_t syncs_ = 0;  ///< since the first frame that waits
 };
 
 }  // namespace driveline::slaves::cia301

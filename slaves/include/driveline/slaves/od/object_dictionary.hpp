@@ -80,8 +80,10 @@ class ObjectDictionary {
   [[nodiscard]] std::span<const std::uint64_t> raw_values() const noexcept { return values_; }
   /// Sets the raw value of a slot. \rtsafe
   void set_raw(std::uint16_t slot, std::uint64_t raw) noexcept { values_[slot] = raw; }
-  /// Returns the raw value of any numeric row, constants included.
-  [[nodiscard]] std::uint64_t raw(const EntryRow& row) const noexcept;
+  /// Returns the raw value of any numeric row, constants included. \rtsafe
+  [[nodiscard]] std::uint64_t raw(const EntryRow& row) const noexcept {
+    return row.slot == slot::kConstant ? initial_raw(row) : values_[row.slot];
+  }
   /// @}
 
   /// Returns the value of a row that is stored as bytes; its capacity is the declared length.

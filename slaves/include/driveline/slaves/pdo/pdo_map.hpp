@@ -35,16 +35,24 @@ class PdoMap {
   /// Enough entries for drives with 4 PDOs of 8 objects.
   static constexpr std::size_t kDefaultFields = 32;
 
+  /// Where the value of an entry is.
+  enum class Storage : std::uint8_t {
+    kUnsigned,  ///< a number in `slot`
+    kSigned,    ///< a number in `slot`, of which decode() extends the sign
+    kText,      ///< `slot` belongs to a row that is stored as bytes
+    kConstant,  ///< the initial value of the row; decode() skips it
+  };
   /// An entry of the process data; gaps have none.
   struct Field {
-    std::uint32_t bit_offset = 0;      ///< position in the process data
-    std::uint16_t slot = 0;            ///< slot in the dictionary, of a text or a number
-    std::uint8_t bits = 0;             ///< length in the process data
-    bool is_signed = false;            ///< decode() extends the sign
-    bool is_text = false;              ///< `slot` belongs to a row that is stored as bytes
-    bool constant = false;             ///< has no slot but `constant_value`; decode() skips it
-    std::uint64_t constant_value = 0;  ///< raw value of a constant
-    const EntryRow* row = nullptr;     ///< the mapped entry
+    const EntryRow* row = nullptr;         ///< the mapped entry
+    std::uint32_t bit_offset = 0;          ///< position in the process data
+    std::uint16_t slot = 0;                ///< slot in the dictionary, of a text or a number
+    std::uint8_t bits = 0;                 ///< length in the process data
+    Storage storage = Storage::kUnsigned;  ///< what `slot` means
+    /// Whether the value is stored as bytes. \rtsafe
+    [[nodiscard]] bool is_text() const noexcept { return storage == Storage::kText; }
+    /// Whether the value is a number with a slot. \rtsafe
+    [[nodiscard]] bool is_number() const noexcept { return storage <= Storage::kSigned; }
   };
 
   /// Holds at most `max_fields` entries; further entries are ignored.
