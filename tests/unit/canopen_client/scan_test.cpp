@@ -26,6 +26,11 @@ TEST_F(ScanTest, AsksForTheDeviceType) {
   EXPECT_FALSE(found[1].device_type);
 }
 
+TEST_F(ScanTest, AnAnswerAboutAnotherObjectIsNone) {
+  port.answers({{1ms, "581#4301100000000000"}, {2ms, "581#4300100100000000"}});
+  EXPECT_TRUE(scan({1}).empty());
+}
+
 TEST_F(ScanTest, HearsNodesThatDoNotAnswer) {
   port.answers({{1ms, "705#05"}, {2ms, "089#00FF110E06000000"}});
   const auto found = scan({1});
