@@ -2,11 +2,13 @@
 
 #include <algorithm>
 
+#include "can/can_description.hpp"
 #include "can/frame_words.hpp"
 #include "can/node_facts.hpp"
 #include "commands/can_tools.hpp"
 #include "console.hpp"
 #include "driveline/canopen_client/nmt_commands.hpp"
+#include "driveline/runtime/files/output_file.hpp"
 #include "text/json_text.hpp"
 
 namespace driveline::cli {
@@ -120,18 +122,50 @@ std::optional<canopen::NmtState> find_state(CanBus& bus, std::uint8_t node, nano
   return answer ? std::optional(answer->state) : std::nullopt;
 }
 
+/// Writes the line description of the nodes, and the path of their axes.
+Outcome<void> write_can_description(CanBus& bus, const std::string& interface, const std::vector<NodeRow>& rows,
+                                    const DataSheets& sheets, const CanScanOptions& options) {
+  const std::filesystem::path file = options.write;
+  FoundCanLine line;
+  line.bit_rate = bus.bit_rate();
+  if (!interface.empty()) line.interface = interface;
+  for (const auto& row : rows) {
+    FoundCanNode node{row.facts, std::nullopt, {}};
+    if (const auto* sheet = sheets.find(row.facts); sheet != nullptr && needs_sheet(row.facts)) {
+      node.eds = std::filesystem::proximate(*sheet, std::filesystem::absolute(file).parent_path()).string();
+    }
+    if (row.facts.trouble.empty()) {
+      canopen::SdoClient client(bus.link(), row.facts.node, sdo_settings(kSdoTimeout));
+      node.drive = read_can_drive(client, row.facts);
+    }
+    line.nodes.push_back(std::move(node));
+  }
+  const auto axes = axes_of(line);
+  if (options.turns && axes.empty()) progress("{}: the bus has no axis that can move", file.string());
+  if (options.turns && !axes.empty()) {
+    line.path_file = file.stem().string() + ".path.csv";
+    const auto done = runtime::write_file(file.parent_path() / line.path_file, gentle_path(axes, *options.turns));
+    if (!done) return tl::unexpected(done.error());
+  }
+  if (auto done = runtime::write_file(file, describe_can_line(line)); !done) return tl::unexpected(done.error());
+  progress("{}: {} nodes", file.string(), rows.size());
+  return {};
+}
+
 }  // namespace
 
-Outcome<int> scan_can(const runtime::BusOptions& bus_options, const CanOptions& can, bool as_json) {
+Outcome<int> scan_can(const runtime::BusOptions& bus_options, const CanOptions& can, const CanScanOptions& options) {
   const auto selected = can.selected();
   if (!selected) return tl::unexpected(selected.error());
+  const auto sheets = options.eds.empty() ? Outcome<DataSheets>(DataSheets{}) : DataSheets::read(options.eds);
+  if (!sheets) return tl::unexpected(sheets.error());
   const auto bus = open_can_bus(bus_options.config, bus_options.interface, can);
   if (!bus) return tl::unexpected(bus.error());
   const auto rows = read_nodes(**bus, can, *selected, false);
   if (!rows) return tl::unexpected(rows.error());
   // A part of the bus is not compared with the description of all of it.
   const auto sentences = selected->empty() ? differences(**bus, *rows) : std::vector<std::string>();
-  if (as_json) {
+  if (options.json) {
     auto list = nlohmann::json::array();
     for (const auto& row : *rows) list.push_back(row_json(row));
     nlohmann::json document = {{"nodes", list}, {"differences", nullptr}};
@@ -141,6 +175,11 @@ Outcome<int> scan_can(const runtime::BusOptions& bus_options, const CanOptions& 
     print_out("{}", scan_table(*rows));
   }
   for (const auto& sentence : sentences) progress("{}", sentence);
+  if (!options.write.empty()) {
+    const auto written = write_can_description(**bus, bus_options.interface, *rows, *sheets, options);
+    if (!written) return tl::unexpected(written.error());
+    return 0;
+  }
   return sentences.empty() ? 0 : kNodesDiffer;
 }
 

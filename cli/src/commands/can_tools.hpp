@@ -7,8 +7,16 @@ namespace driveline::cli {
 /// The tools that have the same names on both kinds of bus, on a CAN bus. Each opens the bus and returns the exit
 /// status.
 
-/// `scan`: which nodes there are; compares them with the description.
-[[nodiscard]] Outcome<int> scan_can(const runtime::BusOptions& bus, const CanOptions& can, bool as_json);
+/// What `scan` does beside its table.
+struct CanScanOptions {
+  bool json = false;
+  std::string write;            ///< file for a line description; empty: none
+  std::optional<double> turns;  ///< revolutions on a path beside it; none: no path
+  std::string eds;              ///< data sheet of the nodes, or a folder of them; empty: none
+};
+/// `scan`: which nodes there are; compares them with the description, or writes one.
+[[nodiscard]] Outcome<int> scan_can(const runtime::BusOptions& bus, const CanOptions& can,
+                                    const CanScanOptions& options);
 /// `slaves`: identities, versions and states.
 [[nodiscard]] Outcome<int> list_can_nodes(const runtime::BusOptions& bus, const CanOptions& can, bool as_json);
 /// `states`: NMT states.

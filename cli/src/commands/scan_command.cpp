@@ -24,6 +24,7 @@ struct ScanOptions {
   CanOptions can;
   std::string write;                ///< empty: only show
   std::optional<std::string> move;  ///< revolutions of every axis, forth and back
+  std::string eds;                  ///< CAN bus: data sheet of the nodes, or a folder of them
   bool json = false;
 };
 
@@ -168,12 +169,13 @@ Outcome<void> write_description(LineView& line, std::span<const SlaveView> views
 }
 
 Outcome<int> scan(const ScanOptions& options) {
-  const auto on_can = works_on_can(options.bus, options.can,
-                                   {{!options.write.empty(), "--write"}, {options.move.has_value(), "--move"}});
+  const auto on_can = works_on_can(options.bus, options.can, {});
   if (!on_can) return tl::unexpected(on_can.error());
-  if (*on_can) return scan_can(options.bus, options.can, options.json);
   const auto turns = parse_move(options);
   if (!turns) return tl::unexpected(turns.error());
+  if (!options.eds.empty() && (!*on_can || options.write.empty()))
+    return misused("--eds is for the line description of a CAN bus: it needs --write FILE");
+  if (*on_can) return scan_can(options.bus, options.can, {options.json, options.write, *turns, options.eds});
   auto line = LineView::open(options.bus);
   if (!line) return tl::unexpected(line.error());
   const auto slaves = (*line)->read_all();
@@ -205,6 +207,8 @@ Execute prepare_scan(Arguments& to) {
   to.option("--write", &options->write, Value::file(), "Write a line description of the slaves found");
   to.option("--move", &options->move, Value::text("REVOLUTIONS"),
             "With --write: also write a path on which each axis makes this number of revolutions and returns");
+  to.option("--eds", &options->eds, Value::file(),
+            "With --write, CAN bus: the data sheet of the nodes, or a folder of data sheets");
   add_json_flag(to, options->json);
   return [options] { return scan(*options); };
 }

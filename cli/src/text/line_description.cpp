@@ -24,16 +24,6 @@ constexpr std::uint16_t kStatusWord = 0x6041;
 constexpr std::uint16_t kFirstRxPdo = 0x1600;
 constexpr std::uint16_t kFirstTxPdo = 0x1A00;
 
-/// Makes a text of a slave or a user's name safe for a comment or a basic string of TOML.
-std::string plain(std::string_view text) {
-  std::string safe;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    safe += byte < 0x20 || byte >= 0x7F || c == '"' || c == '\\' ? '?' : c;
-  }
-  return safe;
-}
-
 /// The device families that a line description can name.
 const runtime::DeviceRegistry& families() {
   static const runtime::DeviceRegistry kFamilies;
@@ -101,14 +91,15 @@ std::string slave_lines(const FoundSlave& slave, const IdentityUses& names) {
   const auto& sii = *slave.view.sii;
   std::string text = "\n";
   if (!slave.view.trouble.empty()) text += fmt::format("# {}.\n", slave.view.trouble);
-  text += fmt::format("# {}\n[[slave]]\nname = \"slave{}\"\n", plain(slave.view.name()), slave.view.slave.ref.position);
+  text += fmt::format("# {}\n[[slave]]\nname = \"slave{}\"\n", plain_toml(slave.view.name()),
+                      slave.view.slave.ref.position);
   const auto* family = family_of(sii);
   // A [[slave]] without `model` belongs to the first family.
   if (family != nullptr && family != families().families().front().get())
     text += fmt::format("model = \"{}\"\n", family->key());
   if (!slave.image_file.empty()) {
     text += fmt::format("{} = \"{}\"  # for the simulation\n", family != nullptr ? "sii_file" : "sii",
-                        plain(slave.image_file));
+                        plain_toml(slave.image_file));
   }
   text += fmt::format("vendor_id = 0x{:08X}\nproduct_code = 0x{:08X}\nrevision = \"= 0x{:08X}\"\n", sii.vendor_id,
                       sii.product_code, sii.revision);
@@ -127,14 +118,6 @@ std::vector<std::string_view> cyclic_modes(const FoundDrive& drive) {
   return modes;
 }
 
-/// Limits of the values that [[axis]] accepts.
-constexpr double kSmallest = 1e-6;
-constexpr double kLargest = 1e6;
-
-std::optional<double> usable(const std::optional<double>& value) {
-  return value && *value >= kSmallest && *value <= kLargest ? value : std::nullopt;
-}
-
 bool simulated(const FoundLine& line) {
   return !line.interface;
 }
@@ -146,12 +129,7 @@ std::string obstacle(const FoundSlave& slave, const FoundDrive& drive, const Fou
     return fmt::format("6502h is 0x{:08X}: it has none of the modes csp, csv and cst", *drive.supported_modes);
   }
   if (modes.front() == "cst") return "cst is its only cyclic mode: choose velocity_gain";
-  const auto increments = drive.increments_per_revolution;
-  if (!increments) return "it does not report the scaling of positions (6091h, 6092h, 608Fh)";
-  if (*increments < 1.0 || *increments > runtime::kMaxIncrementsPerRevolution) {
-    return fmt::format("by 6091h, 6092h, 608Fh it has {} increments per revolution, 1 to {} are expected", *increments,
-                       runtime::kMaxIncrementsPerRevolution);
-  }
+  if (auto reason = scale_obstacle(drive.increments_per_revolution); !reason.empty()) return reason;
   if (simulated(line) && family_of(*slave.view.sii) == nullptr) return "a drive of this kind cannot be simulated";
   return {};
 }
@@ -185,8 +163,8 @@ std::string axis_lines(const FoundSlave& slave, const FoundDrive& drive, const F
                    : fmt::format("# {} = {}  # {} cannot be read: this is assumed\n", key, otherwise, object);
   };
   value("increments_per_revolution", drive.increments_per_revolution, "6092h, 6091h, 608Fh", "?");
-  value("rated_torque_nm", usable(drive.rated_torque_nm), "6076h", "2.4");
-  value("max_velocity", usable(drive.max_velocity_rad_s), "6080h, rad/s", "200");
+  value("rated_torque_nm", usable_limit(drive.rated_torque_nm), "6076h", "2.4");
+  value("max_velocity", usable_limit(drive.max_velocity_rad_s), "6080h, rad/s", "200");
   if (!several && !is_known_drive(*slave.view.sii)) {
     text +=
         "# Not a drive of the kind that was tried: its PDOs are mapped as those of every axis. Where they are fixed, "
@@ -215,7 +193,7 @@ std::string axes_lines(const FoundLine& line) {
     return text + fmt::format(
                       "\n# Relative to the positions at which the axes are enabled.\n[path]\nfile = \"{}\"\n"
                       "relative = true\n",
-                      plain(line.path_file));
+                      plain_toml(line.path_file));
   }
   return text +
          "\n# `run` switches the axes on; they hold their positions until there is a path:\n"
@@ -226,72 +204,103 @@ std::string comment(std::string_view lines) {
   std::string text;
   while (!lines.empty()) {
     const auto end = std::min(lines.find('\n'), lines.size());
-    text += fmt::format("#   {}\n", plain(lines.substr(0, end)));
+    text += fmt::format("#   {}\n", plain_toml(lines.substr(0, end)));
     lines.remove_prefix(std::min(end + 1, lines.size()));
   }
   return text;
 }
 
-/// Reads the objects of one drive. `read` returns the data of an object, `number` those of 32 bits.
-template <typename Read, typename Number>
-FoundDrive drive_of(const Read& read, const Number& number, unsigned drive) {
+/// An object of four bytes; none: it cannot be read, or has another size.
+std::optional<std::uint32_t> number_of(const runtime::ReadObject& read, std::uint16_t index) {
+  const auto data = read(index, 0);
+  if (!data || data->size() != sizeof(std::uint32_t)) return std::nullopt;
+  return bytes::load_le<std::uint32_t>(*data);
+}
+
+}  // namespace
+
+std::string plain_toml(std::string_view text) {
+  std::string safe;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    safe += byte < 0x20 || byte >= 0x7F || c == '"' || c == '\\' ? '?' : c;
+  }
+  return safe;
+}
+
+std::optional<double> usable_limit(const std::optional<double>& value) {
+  constexpr double kSmallest = 1e-6;
+  constexpr double kLargest = 1e6;
+  return value && *value >= kSmallest && *value <= kLargest ? value : std::nullopt;
+}
+
+std::string scale_obstacle(const std::optional<double>& increments_per_revolution) {
+  if (!increments_per_revolution) return "it does not report the scaling of positions (6091h, 6092h, 608Fh)";
+  if (*increments_per_revolution >= 1.0 && *increments_per_revolution <= runtime::kMaxIncrementsPerRevolution) {
+    return {};
+  }
+  return fmt::format("by 6091h, 6092h, 608Fh it has {} increments per revolution, 1 to {} are expected",
+                     *increments_per_revolution, runtime::kMaxIncrementsPerRevolution);
+}
+
+FoundDrive FoundDrive::read(const runtime::ReadObject& read, unsigned number) {
   const auto told = runtime::ask_drive_facts([&](std::uint16_t index, std::uint8_t subindex) {
-    auto data = read(motion::object_of_drive(index, drive), subindex);
-    return data ? std::optional(std::move(*data)) : std::nullopt;
+    return read(motion::object_of_drive(index, number), subindex);
   });
   FoundDrive facts;
-  facts.number = drive;
+  facts.number = number;
   facts.supported_modes = told.supported_modes;
   facts.increments_per_revolution = runtime::increments_per_revolution(told);
   constexpr double kMilli = 1e-3;
-  if (const auto torque = number(motion::object_of_drive(0x6076, drive)); torque.value_or(0) != 0)
+  if (const auto torque = number_of(read, motion::object_of_drive(0x6076, number)); torque.value_or(0) != 0)
     facts.rated_torque_nm = *torque * kMilli;
-  if (const auto rpm = number(motion::object_of_drive(0x6080, drive)); rpm.value_or(0) != 0) {
+  if (const auto rpm = number_of(read, motion::object_of_drive(0x6080, number)); rpm.value_or(0) != 0) {
     facts.max_velocity_rad_s = *rpm * 2.0 * std::numbers::pi / 60.0;
   }
   return facts;
 }
 
-}  // namespace
-
 std::vector<FoundDrive> FoundDrive::read_all(LineView& line, ecat_master::MailboxClient& mailbox) {
   ecat_master::CoeClient coe(mailbox);
-  const auto read = [&](std::uint16_t index, std::uint8_t subindex) {
-    return line.ask(mailbox.slave().position, [&] { return coe.upload(index, subindex); });
+  const runtime::ReadObject read = [&](std::uint16_t index, std::uint8_t subindex) {
+    auto data = line.ask(mailbox.slave().position, [&] { return coe.upload(index, subindex); });
+    return data ? std::optional(std::move(*data)) : std::nullopt;
   };
-  const auto number = [&](std::uint16_t index) -> std::optional<std::uint32_t> {
-    const auto data = read(index, 0);
-    if (!data || data->size() != sizeof(std::uint32_t)) return std::nullopt;
-    return bytes::load_le<std::uint32_t>(*data);
-  };
-  const auto type = number(0x1000);
+  const auto type = number_of(read, 0x1000);
   if (!type || (*type & kProfileMask) != kDriveProfile) return {};
   std::vector<FoundDrive> drives;
   do {
-    drives.push_back(drive_of(read, number, static_cast<unsigned>(drives.size())));
+    drives.push_back(FoundDrive::read(read, static_cast<unsigned>(drives.size())));
   } while (drives.size() < motion::kMaxDrives &&
            read(motion::object_of_drive(kStatusWord, static_cast<unsigned>(drives.size())), 0));
   return drives;
 }
 
-std::string gentle_path(const FoundLine& line, double turns) {
+std::string gentle_path(std::span<const std::string> axes, double turns) {
+  if (axes.empty()) return {};
   std::string header = "time[s]";
   std::string rest;
   std::string there;
-  for (const auto& slave : line.slaves) {
-    for (const auto& drive : slave.drives) {
-      if (!is_axis(slave, drive, line)) continue;
-      header += fmt::format(",{}[rev]", axis_name(slave, drive));
-      rest += ",0";
-      there += fmt::format(",{}", turns);
-    }
+  for (const auto& axis : axes) {
+    header += fmt::format(",{}[rev]", axis);
+    rest += ",0";
+    there += fmt::format(",{}", turns);
   }
   // The highest velocity of a cubic from rest to rest, in its middle, is one and a half times its mean velocity.
   constexpr double kFastest = 1.0;  // revolutions per second
   constexpr double kShortest = 1.0;
   const double half_s = std::max(kShortest, 1.5 * std::abs(turns) / kFastest);
-  return rest.empty() ? std::string{}
-                      : fmt::format("{}\n0{}\n{}{}\n{}{}\n", header, rest, half_s, there, 2.0 * half_s, rest);
+  return fmt::format("{}\n0{}\n{}{}\n{}{}\n", header, rest, half_s, there, 2.0 * half_s, rest);
+}
+
+std::string gentle_path(const FoundLine& line, double turns) {
+  std::vector<std::string> axes;
+  for (const auto& slave : line.slaves) {
+    for (const auto& drive : slave.drives) {
+      if (is_axis(slave, drive, line)) axes.push_back(axis_name(slave, drive));
+    }
+  }
+  return gentle_path(axes, turns);
 }
 
 bool needs_image(const SlaveView& view) {
@@ -307,7 +316,7 @@ Outcome<std::string> describe_line(const FoundLine& line) {
       line.slaves.size());
   if (!line.tree.empty()) text += "#\n# Connections of the slaves:\n" + comment(line.tree);
   text += "\n[line]\nname = \"line\"\ncycle_us = 1000\n";
-  if (line.interface) text += fmt::format("\n[bus]\ninterface = \"{}\"\n", plain(*line.interface));
+  if (line.interface) text += fmt::format("\n[bus]\ninterface = \"{}\"\n", plain_toml(*line.interface));
   const IdentityUses names(line.slaves);
   for (const auto& slave : line.slaves) {
     const auto& view = slave.view;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "driveline/runtime/setup/drive_facts.hpp"
 #include "line/line_view.hpp"
 
 namespace driveline::cli {
@@ -17,6 +18,8 @@ struct FoundDrive {
   std::optional<double> rated_torque_nm;            ///< 6076h
   std::optional<double> max_velocity_rad_s;         ///< 6080h
   unsigned number = 0;                              ///< number in the slave, see motion::object_of_drive()
+  /// Reads the objects of one drive.
+  [[nodiscard]] static FoundDrive read(const runtime::ReadObject& read, unsigned number);
   /// Reads the objects of all drives of a slave; empty: the slave is no CiA 402 drive.
   [[nodiscard]] static std::vector<FoundDrive> read_all(LineView& line, ecat_master::MailboxClient& mailbox);
 };
@@ -45,6 +48,15 @@ struct FoundLine {
 /// axes are enabled and hold their positions. Failure: a slave whose EEPROM cannot be read has no identity to expect.
 [[nodiscard]] Outcome<std::string> describe_line(const FoundLine& line);
 
+/// Makes a text of a slave or a user's name safe for a comment or a basic string of TOML.
+[[nodiscard]] std::string plain_toml(std::string_view text);
+/// Whether an [[axis]] may have a rated torque or a velocity of this value.
+[[nodiscard]] std::optional<double> usable_limit(const std::optional<double>& value);
+/// Why a drive cannot be an axis with the scale that it reports; empty: it can.
+[[nodiscard]] std::string scale_obstacle(const std::optional<double>& increments_per_revolution);
+
+/// A path (CSV) on which the motors of these axes make `turns` revolutions and return, as below. Empty: no axes.
+[[nodiscard]] std::string gentle_path(std::span<const std::string> axes, double turns);
 /// A path (CSV) on which the motor of every axis of `line` makes `turns` revolutions and returns, at one revolution per
 /// second at most. Positions are relative to the start. Empty: there is no axis.
 [[nodiscard]] std::string gentle_path(const FoundLine& line, double turns);

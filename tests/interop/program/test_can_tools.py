@@ -241,7 +241,8 @@ class WrongUsage(ProgramTest):
                 (("upload", "--config", line8, "--block", "0x1000", "0"), 2, "--block is for CAN buses"),
                 (("download", "--config", CAN8, "-n", "1", "-t", "int8", "0x6060", "0", "300"), 2, "300"),
                 (("states", "--config", CAN8, "PREOP"), 2, "driveline nmt"),
-                (("scan", "--config", CAN8, "--write", "x.toml"), 2, "--write is for EtherCAT lines"),
+                (("scan", "--config", CAN8, "--eds", "x.eds"), 2, "--eds is for the line description of a CAN bus"),
+                (("scan", "--config", CAN8, "--move", "1"), 2, "--write FILE"),
                 (("sdos", "--config", line8, "--eds", "x.eds"), 2, "--eds is for CAN buses"),
                 (("pdos", "--config", CAN8, "--sii"), 2, "--sii is for EtherCAT lines")):
             with self.subTest(arguments):

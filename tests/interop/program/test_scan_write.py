@@ -2,9 +2,10 @@
 import csv
 import math
 import re
+import shutil
 import unittest
 
-from program import EXAMPLES, ProgramTest, WireTest
+from program import EXAMPLES, ROOT, ProgramTest, WireTest
 
 TURNS = 0.2
 
@@ -100,6 +101,44 @@ class InProcess(ProgramTest, Written):
             with self.subTest(arguments=arguments):
                 self.check_refused(self.run_program("scan", "--config", line8, *arguments), 2, *parts)
         self.assertEqual(self.files(), [])
+
+
+class OnCan(ProgramTest, Written):
+    def run_found(self, *arguments):
+        result = self.run_program("run", "--config", "found.toml", *arguments, "--json", "--no-plots", "--no-telemetry")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return self.one_document(result.stdout)
+
+    def test_drives_of_both_kinds(self):
+        text = self.scan("--config", EXAMPLES / "can8.toml")
+        self.assertEqual(text.count('model = "servoone"'), 2)
+        self.assertIn("sync_ms = 2\n", text)
+        document = self.run_found("--virtual")
+        self.assertEqual((document["state"], document["faults"]), ("Operational", []))
+        self.assertEqual([axis["name"] for axis in document["axes"]], [f"axis{node}" for node in range(1, 9)])
+        self.check_motion([f"axis{node}" for node in range(1, 9)], {**document, "longest_absence_ns": 0, "lost_frames": 0})
+
+    def test_a_drive_with_its_data_sheet(self):
+        (self.directory / "sheets").mkdir()
+        shutil.copy(ROOT / "tests/interop/canopen/drive.eds", self.directory / "sheets/drive.eds")
+        config = self.write("line.toml", '[bus]\ntype = "can"\n[[slave]]\nname = "a"\nnode = 12\nmodel = "eds"\n'
+                            'eds = "sheets/drive.eds"\n[[slave]]\nname = "b"\nnode = 13\n')
+        text = self.scan("--config", config, "--eds", "sheets")
+        self.assertIn('model = "eds"\neds = "sheets/drive.eds"\n', text)
+        self.assertEqual(text.count("model ="), 1, "an MSD needs no data sheet")
+        self.assertEqual(self.run_found("--virtual")["faults"], [])
+
+    def test_a_served_bus(self):
+        config = self.write("line.toml", '[bus]\ntype = "can"\n[[slave]]\nname = "a"\nnode = 3\n')
+        line = self.start("simulate", "--config", config, "--slcan", "127.0.0.1:0", log="line.log")
+        self.wait_for("the line is served", lambda: "Ctrl-C ends the program" in self.text("line.log"), line)
+        interface = f"slcan:tcp:127.0.0.1:{re.search(r'slcan at 127.0.0.1:([0-9]+)', self.text('line.log'))[1]}"
+        text = self.scan("--iface", interface, "-n", "1-5")
+        self.assertIn(f'interface = "{interface}"', text)
+        # A busy machine may suspend the cycle for a while.
+        self.write("found.toml", text.replace("sync_ms = 2\n", "sync_ms = 10\nmax_lost_cycles = 40\n")
+                   + '[realtime]\npolicy = "degrade"\n')
+        self.assertEqual(self.run_found()["faults"], [])
 
 
 class OnTheWire(WireTest, Written):
