@@ -1,37 +1,12 @@
 // master.cjs PORT FOLDER SHEET NODE: the npm module canopen, which FOLDER/node_modules has, as the master of a served CAN line:
 // SDO, NMT, heartbeat, SYNC, PDO and EMCY with the node NODE, whose electronic data sheet is SHEET. The module sends and
 // receives by the slcan door at 127.0.0.1:PORT. Prints what it has seen as one JSON document.
-const { createRequire } = require("node:module");
-const { resolve } = require("node:path");
-const net = require("node:net");
+const { SlcanChannel, loadCanopen } = require("./slcan.cjs");
 
 const [, , port, folder, sheet, nodeText] = process.argv;
 const NODE = Number(nodeText);
-const load = createRequire(resolve(folder, "package.json"));
 
-/** The CRC of block transfers: polynomial 1021h, initial value 0 (CiA 301 7.2.4.3.16). */
-function crc16(data) {
-  let crc = 0;
-  for (const byte of data) {
-    crc ^= byte << 8;
-    for (let bit = 0; bit < 8; bit++) crc = (crc & 0x8000 ? (crc << 1) ^ 0x1021 : crc << 1) & 0xffff;
-  }
-  return crc;
-}
-
-// npm ci --ignore-scripts does not build the native module that the module computes this CRC with.
-const native = load.resolve("node-crc");
-require.cache[native] = {
-  id: native, filename: native, loaded: true,
-  exports: {
-    crc: (_bits, _reflect, _polynomial, _initial, ...rest) => {
-      const result = Buffer.alloc(2);
-      result.writeUInt16BE(crc16(rest.at(-1)));
-      return result;
-    },
-  },
-};
-const { Device, DataType, Eds, SdoError, calculateCrc } = load("canopen");
+const { Device, DataType, Eds, SdoError, calculateCrc } = loadCanopen(folder);
 
 const PATIENCE_MS = 60_000;
 const MASTER = 100; // its own node-ID
@@ -42,43 +17,6 @@ async function until(what, holds) {
   while (!holds()) {
     if (Date.now() > deadline) throw new Error(`never came: ${what}`);
     await new Promise((done) => setTimeout(done, 1));
-  }
-}
-
-/** A CAN channel as the module expects one, on a serial CAN adapter over TCP. */
-class SlcanChannel {
-  constructor(onMessage) {
-    this.onMessage = onMessage;
-    this.refused = 0;
-    this.text = "";
-  }
-
-  async start(to) {
-    this.socket = net.createConnection({ port: to, host: "127.0.0.1", noDelay: true });
-    await new Promise((done, fail) => this.socket.once("connect", done).once("error", fail));
-    this.socket.on("data", (bytes) => this.receive(bytes.toString("latin1")));
-    this.socket.write("C\rS8\rO\r");
-  }
-
-  stop() {
-    this.socket.end("C\r");
-  }
-
-  send({ id, data }) {
-    const content = Buffer.from(data);
-    this.socket.write(`t${id.toString(16).padStart(3, "0")}${content.length}${content.toString("hex")}\r`);
-  }
-
-  receive(text) {
-    this.text += text;
-    for (let end; (end = this.text.search(/[\r\x07]/)) >= 0; this.text = this.text.slice(end + 1)) {
-      const line = this.text.slice(0, end);
-      // The answer to the first C: the channel was closed anyway.
-      if (this.text[end] === "\x07") this.refused++;
-      if (line[0] !== "t") continue;
-      const length = Number(line[4]);
-      this.onMessage({ id: parseInt(line.slice(1, 4), 16), data: Buffer.from(line.slice(5, 5 + 2 * length), "hex") });
-    }
   }
 }
 
