@@ -352,14 +352,18 @@ void Device::advance(nanoseconds now) {
   pdos_.advance(now);
 }
 
+/// Called for every node at every event of the bus. std::min of a list would put the times into memory first.
 nanoseconds Device::next_wake() const noexcept {
   if (pending_) return nanoseconds{0};
-  const nanoseconds own = std::min({boot_up_at_, obey_at_, application_->next_wake()});
-  if (node_id_ == 0) return own;
-  nanoseconds next = std::min({own, outbox_.next_wake(), error_control_.next_wake(), heartbeats_.next_wake(),
-                               emergency_.next_wake(tells_errors()), pdos_.next_wake()});
+  nanoseconds next = std::min(boot_up_at_, obey_at_);
+  next = std::min(next, application_->next_wake());
+  if (node_id_ == 0) return next;
+  next = std::min(next, outbox_.next_wake());
+  next = std::min(next, error_control_.next_wake());
+  next = std::min(next, heartbeats_.next_wake());
+  next = std::min(next, emergency_.next_wake(tells_errors()));
   if (nmt_.configurable()) next = std::min(next, sync_.next_wake());
-  return next;
+  return std::min(next, pdos_.next_wake());
 }
 
 }  // namespace driveline::slaves::cia301
