@@ -19,6 +19,7 @@
 #include "driveline/slaves/msd/can/can_table.hpp"
 #include "driveline/slaves/msd/can/msd_can_drive.hpp"
 #include "support/can_front_ends.hpp"
+#include "support/can_master_figures.hpp"
 #include "support/environment.hpp"
 #include "support/realtime.hpp"
 #include "support/report.hpp"
@@ -26,6 +27,7 @@
 #include "support/samples.hpp"
 #include "support/slcan_line.hpp"
 #include "support/stopwatch.hpp"
+#include "support/sync_figures.hpp"
 
 namespace {
 
@@ -359,6 +361,8 @@ void measure_all(const Options& options) {
   claim_cpu(std::max(0, last_cpu() - 1));
   measure_frames(report, options.count(kFrames));
   measure_front_ends(report, options.count(kCycles));
+  measure_can_master(report, options.count(kCycles));
+  undisturbed("SYNC", [&] { measure_sync(report, std::max(2, options.count(20)), options.duration(2.0, 0.5)); });
   measure_full_bus(report, options.duration(60.0, 20.0));
   undisturbed("round trip", [&] { measure_round_trip(report, options.count(kRoundTrips)); });
   report.note(

@@ -33,7 +33,7 @@ void require(const ecat_master::Result<void>& done) {
   if (!done) throw std::runtime_error(ecat_master::describe(done.error()));
 }
 
-/// Sines of 3 rad, each axis at its own speed, all from standstill at 0; a point every millisecond, as in a path file.
+/// A point every millisecond, as in a path file.
 trajectory::Path make_path(const std::vector<motion::AxisConfig>& axes, nanoseconds duration) {
   trajectory::PathBuilder builder;
   for (const auto& axis : axes) require(builder.add_axis({axis.name, trajectory::AxisKind::kRotary}));
@@ -53,6 +53,21 @@ trajectory::Path make_path(const std::vector<motion::AxisConfig>& axes, nanoseco
 
 }  // namespace
 
+LineRings::LineRings(std::size_t axes) : lines_(kRingCycles), axes_(kRingCycles * axes) {}
+
+void LineRings::drain() {
+  std::array<snapshot::LineSample, 8> lines;
+  std::array<snapshot::AxisSample, 64> axes;
+  while (lines_.pop(lines) > 0) {
+  }
+  while (axes_.pop(axes) > 0) {
+  }
+}
+
+trajectory::Interpolator sines(const std::vector<motion::AxisConfig>& axes, nanoseconds duration) {
+  return trajectory::Interpolator::clamped_spline(make_path(axes, duration));
+}
+
 runtime::LineConfig describe_line(std::size_t axes, nanoseconds period) {
   runtime::LineConfig config;
   config.period = period;
@@ -68,20 +83,19 @@ runtime::LineConfig describe_line(std::size_t axes, nanoseconds period) {
   return config;
 }
 
-LineRig::LineRig(rt::Clock& clock, std::size_t axes, nanoseconds path_duration)
+LineRig::LineRig(rt::Clock& clock, std::size_t axes, nanoseconds path_duration, nanoseconds period)
     : clock_(clock),
       path_duration_(path_duration),
-      config_(describe_line(axes, kPeriod)),
+      config_(describe_line(axes, period)),
       line_(clock, runtime::make_simulated_slaves(config_), kNoDelays),
       heap_of_line_(heap_bytes()),
       port_(line_),
-      line_ring_(kRingCycles),
-      axis_ring_(kRingCycles * axes),
+      rings_(axes),
       master_(port_, clock, runtime::master_settings(config_)) {}
 
 void LineRig::make_motion() {
   const auto before = heap_bytes();
-  auto path = trajectory::Interpolator::clamped_spline(make_path(config_.axes, path_duration_));
+  auto path = sines(config_.axes, path_duration_);
   heap_of_path_ = heap_bytes() - before;
   motion_ = std::make_unique<motion::Motion>(runtime::make_axes(config_, master_), std::move(path),
                                              runtime::motion_settings(config_));
@@ -98,7 +112,7 @@ void LineRig::configure() {
 
 void LineRig::to_operational(motion::MotionControl& motion, const ecat_master::Master::MakeRunner& make_runner) {
   const auto started =
-      master_.start_cycle(&motion, {&line_ring_, &axis_ring_}, runtime::cycle_settings(config_, master_), make_runner);
+      master_.start_cycle(&motion, rings_.ends(), runtime::cycle_settings(config_, master_), make_runner);
   if (!started) throw std::runtime_error(started.error().message());
   require(master_.go_operational());
 }
@@ -115,7 +129,7 @@ void LineRig::pass_until(const There& there, const char* failure) {
 
 void LineRig::count_from_here() {
   master_.core()->count(false);
-  master_.pass(2 * kPeriod);
+  master_.pass(2 * config_.period);
   master_.core()->count(true);
 }
 
@@ -148,12 +162,7 @@ void LineRig::bring_up_single_axes(const ecat_master::Master::MakeRunner& make_r
 }
 
 void LineRig::drain() {
-  std::array<snapshot::LineSample, 8> lines;
-  std::array<snapshot::AxisSample, 64> axes;
-  while (line_ring_.pop(lines) > 0) {
-  }
-  while (axis_ring_.pop(axes) > 0) {
-  }
+  rings_.drain();
 }
 
 void LineRig::check_motion() const {

@@ -18,6 +18,23 @@ inline constexpr slaves::LineOptions kNoDelays{.delays = {std::chrono::nanosecon
                                                .cable_delay = std::chrono::nanoseconds{0},
                                                .byte_time = std::chrono::nanoseconds{0}};
 
+/// Telemetry rings of a line, whose content nobody needs.
+class LineRings {
+ public:
+  explicit LineRings(std::size_t axes);
+  [[nodiscard]] motion::SampleRings ends() noexcept { return {&lines_, &axes_}; }
+  /// Empties them, as their reader would. One thread.
+  void drain();
+
+ private:
+  rt::SpscRing<snapshot::LineSample> lines_;
+  rt::SpscRing<snapshot::AxisSample> axes_;
+};
+
+/// Sines of 3 rad, each axis at its own speed, all from standstill at 0.
+[[nodiscard]] trajectory::Interpolator sines(const std::vector<motion::AxisConfig>& axes,
+                                             std::chrono::nanoseconds duration);
+
 /// A line of `axes` MSD drives, each of them an axis.
 [[nodiscard]] runtime::LineConfig describe_line(std::size_t axes, std::chrono::nanoseconds period);
 
@@ -29,7 +46,8 @@ class LineRig {
   static constexpr std::chrono::nanoseconds kPeriod = std::chrono::microseconds{125};
 
   /// `path_duration`: length of the path for bring_up(); not used by bring_up_single_axes().
-  LineRig(rt::Clock& clock, std::size_t axes, std::chrono::nanoseconds path_duration);
+  LineRig(rt::Clock& clock, std::size_t axes, std::chrono::nanoseconds path_duration,
+          std::chrono::nanoseconds period = kPeriod);
 
   /// Takes the line to OP and all axes onto the path. The runner from `make_runner` runs the cycles and must leave the
   /// rings to drain(). Throws std::runtime_error on failure.
@@ -71,8 +89,7 @@ class LineRig {
   std::size_t heap_of_line_;  ///< heap in use after the line was created
   std::size_t heap_of_path_ = 0;
   TimedPort port_;
-  rt::SpscRing<snapshot::LineSample> line_ring_;
-  rt::SpscRing<snapshot::AxisSample> axis_ring_;
+  LineRings rings_;
   std::unique_ptr<motion::Motion> motion_;
   std::unique_ptr<motion::SingleAxes> single_axes_;
   ecat_master::Master master_;
