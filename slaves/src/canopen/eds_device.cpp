@@ -52,11 +52,15 @@ void EdsDevice::written(const EntryRow& row) {
   changed_ = true;
 }
 
-void EdsDevice::restart(Reset /*reset*/, nanoseconds now) {
+/// Every reset, that of the communication, too, gives the serial number the value of the file.
+std::uint8_t EdsDevice::node_id(Reset /*reset*/) {
   const EntryRow* serial = model_->table().find(0x1018, 4);
-  if (serial != nullptr && !is_string(serial->type) && options_.serial_number != 0) {
-    dictionary_.set_raw(serial->slot, options_.serial_number);
-  }
+  const bool writable = serial != nullptr && !is_string(serial->type) && serial->slot != slot::kConstant;
+  if (writable && options_.serial_number != 0) dictionary_.set_raw(serial->slot, options_.serial_number);
+  return options_.node_id;
+}
+
+void EdsDevice::restart(Reset /*reset*/, nanoseconds now) {
   drives_.restart();
   build_loops();
   start_ = millisecond_ = now;

@@ -87,6 +87,14 @@ TEST(EdsDevice, BootsAndAnswersByItsObjects) {
   EXPECT_EQ(rig.ask("40 16 10 00 00 00 00 00"), hex("80 16 10 00 00 00 02 06")) << "has no 1016h";
 }
 
+TEST(EdsDevice, ItsSerialNumberOutlivesEveryReset) {
+  EdsRig rig;
+  for (const std::string_view reset : {"82 05", "81 05"}) {
+    rig.send(0, reset);
+    EXPECT_EQ(rig.ask("40 18 10 04 00 00 00 00"), hex("43 18 10 04 4D 00 00 00")) << reset;
+  }
+}
+
 TEST(EdsDevice, TypesAccessAndLimitsAreThoseOfTheFile) {
   EdsRig rig;
   EXPECT_EQ(rig.ask("2B 00 20 00 E8 03 00 00"), hex("60 00 20 00 00 00 00 00"));

@@ -60,7 +60,7 @@ class EdsDevice final : public DeviceSignals, private Application {
   [[nodiscard]] SdoResult<void> accept(const EntryRow& row, std::uint64_t raw) override;
   void written(const EntryRow& row) override;
   [[nodiscard]] bool power_stage_on() const noexcept override { return false; }
-  [[nodiscard]] std::uint8_t node_id(Reset /*reset*/) override { return options_.node_id; }
+  [[nodiscard]] std::uint8_t node_id(Reset reset) override;
   [[nodiscard]] std::uint32_t bit_rate(Reset /*reset*/) override { return options_.bit_rate; }
   void restart(Reset reset, nanoseconds now) override;
   void advance(nanoseconds now) override;
