@@ -36,7 +36,7 @@ constexpr int kSettlingCycles = 10;
 /// The other end of the bus.
 class Peers {
  public:
-  explicit Peers(rt::FileDescriptor end) : end_(std::move(end)), thread_([this](std::stop_token) { answer(); }) {}
+  explicit Peers(rt::FileDescriptor end) : end_(std::move(end)), thread_([this] { answer(); }) {}
   ~Peers() { ::shutdown(end_.get(), SHUT_RDWR); }
   Peers(const Peers&) = delete;
   Peers& operator=(const Peers&) = delete;
