@@ -12,7 +12,6 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::Not;
 
 constexpr std::uint32_t kIpAndProfile = 0x61;  // 6502h: modes 1, 6, 7
 
