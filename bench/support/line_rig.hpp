@@ -18,7 +18,7 @@ inline constexpr slaves::LineOptions kNoDelays{.delays = {std::chrono::nanosecon
                                                .cable_delay = std::chrono::nanoseconds{0},
                                                .byte_time = std::chrono::nanoseconds{0}};
 
-/// Telemetry rings of a line, whose content nobody needs.
+/// Telemetry rings of a line, whose content is not used.
 class LineRings {
  public:
   explicit LineRings(std::size_t axes);

@@ -7,7 +7,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kMostBusEvents = 256;  ///< that nobody takes; older ones are dropped
+constexpr std::size_t kMostBusEvents = 256;  ///< events that are kept until they are taken; older ones are dropped
 
 }  // namespace
 

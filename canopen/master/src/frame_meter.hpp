@@ -20,7 +20,7 @@ class FrameMeter {
   [[nodiscard]] std::uint32_t bits(std::span<const std::byte> data) const noexcept;
 
  private:
-  std::uint32_t bits_ = 0;  ///< of the frame, with the stuff bits before the data
+  std::uint32_t bits_ = 0;  ///< bits of the frame, with the stuff bits before the data
   std::uint16_t crc_ = 0;   ///< remainder of what precedes the data
   std::uint8_t run_ = 0;    ///< equal bits at the end of what precedes the data, as an index of the tables
 };

@@ -7,7 +7,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kMostFrames = 4096;  ///< that are taken in a row: a flood does not hold up the rest
+constexpr std::size_t kMostFrames = 4096;  ///< frames taken in a row: a flood does not hold up the rest
 
 }  // namespace
 

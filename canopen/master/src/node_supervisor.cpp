@@ -5,8 +5,8 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kMostEvents = 256;   ///< that nobody takes; older ones are dropped
-constexpr std::uint64_t kTwinAnswers = 2;  ///< answers that nobody had asked for, before two devices are suspected
+constexpr std::size_t kMostEvents = 256;   ///< events that are kept until they are taken; older ones are dropped
+constexpr std::uint64_t kTwinAnswers = 2;  ///< answers without a request, before two devices are suspected
 
 }  // namespace
 
@@ -218,7 +218,7 @@ void NodeSupervisor::boot_failed(nanoseconds now) {
 
 void NodeSupervisor::advance_start(nanoseconds now) {
   if (command_) return;
-  // A node that nobody watches is believed to obey: its PDOs will show it.
+  // A node without error control is assumed to obey: its PDOs will show it.
   if (!watch_.tells_state()) return became_operational(now);
   if (now < deadline_) return;
   NodeError error{NodeErrorKind::kWrongState, number_, plan().id, BootStep::kStart};

@@ -25,7 +25,7 @@ class NodeTable {
     std::uint32_t tpdos = 0;    ///< all TPDOs
     std::uint32_t heard = 0;    ///< those of them that have come since the node was last not in use
     std::uint32_t sojourn = 0;  ///< number of times that the node was put out of use; tells which TPDOs count as heard
-    std::uint32_t worst_bits = 0;  ///< of its PDOs with SYNC
+    std::uint32_t worst_bits = 0;  ///< worst case of the bits of its PDOs with SYNC
   };
 
   /// No node is operational.
@@ -62,7 +62,7 @@ class NodeTable {
  private:
   struct Shared {
     std::atomic<std::uint32_t> requested{0};  ///< number of changes by set_operational(); odd: operational
-    std::atomic<std::uint32_t> flags{0};      ///< of the last judgement
+    std::atomic<std::uint32_t> flags{0};      ///< results of the last judgement
     std::atomic<std::uint32_t> stale{0};
     rt::Counter lost;
     rt::Counter late;

@@ -7,7 +7,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr int kHeartbeats = 3;  ///< that are missed before a node is, where the plan has no tolerance
+constexpr int kHeartbeats = 3;  ///< heartbeats that a node may miss, where the plan has no tolerance
 
 }  // namespace
 
@@ -41,7 +41,7 @@ std::optional<Frame> NodeWatch::outgoing(nanoseconds now) const noexcept {
 }
 
 void NodeWatch::sent(nanoseconds now) noexcept {
-  // On a grid, so that many nodes do not slowly come together; one that is late does not bring a burst.
+  // On a grid, so that many nodes do not slowly come together; a late heartbeat does not cause a burst.
   next_guard_ += guard_time_;
   if (next_guard_ <= now) next_guard_ = now + guard_time_;
 }

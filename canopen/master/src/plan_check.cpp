@@ -8,7 +8,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kLongestTime{0xFFFF};  ///< of 100Ch, 1016h and 1017h
+constexpr milliseconds kLongestTime{0xFFFF};  ///< longest time in 100Ch, 1016h and 1017h
 constexpr std::uint16_t kMostPdos = 512;
 constexpr std::uint8_t kFirstAsynchronous = 254;
 

@@ -74,7 +74,7 @@ bool RpdoOutputs::due(const Rpdo& rpdo, Reason reason, nanoseconds now) const no
   return rpdo.forced || !std::equal(bytes.begin(), bytes.end(), rpdo.frame.data.begin());
 }
 
-/// Returns false if one that is due could not be sent.
+/// Returns false if an RPDO that is due could not be sent.
 bool RpdoOutputs::send_due(Group& group, Pass& pass) noexcept {
   bool others_changed = false;
   bool command_waits = false;

@@ -75,7 +75,7 @@ class TpdoInputs {
   std::uint32_t bit_rate_;
   std::vector<Tpdo> tpdos_;
   std::array<std::uint16_t, Identifier::kBaseMask + 1> by_identifier_;  ///< place in tpdos_, kNone or kOwnFrame
-  std::optional<std::chrono::nanoseconds> sync_;                        ///< of this period
+  std::optional<std::chrono::nanoseconds> sync_;                        ///< time of the SYNC of this period
   Tally tally_;
 };
 

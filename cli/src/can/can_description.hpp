@@ -21,7 +21,7 @@ struct FoundCanNode {
 /// The input of a description of a CAN line.
 struct FoundCanLine {
   std::vector<FoundCanNode> nodes;
-  std::optional<std::string> interface;  ///< of the bus; none: simulated in this process
+  std::optional<std::string> interface;  ///< interface of the bus; none: simulated in this process
   std::uint32_t bit_rate = 1'000'000;    ///< bit/s
   std::string path_file;                 ///< file of a path beside the description; empty: no motion
 };

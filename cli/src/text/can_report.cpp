@@ -14,7 +14,7 @@ nlohmann::json counter_json(const std::optional<std::uint8_t>& counter) {
   return counter ? nlohmann::json(*counter) : nlohmann::json();
 }
 
-/// Null where nobody measured it.
+/// Null where it was not measured.
 nlohmann::json load_json(const runtime::BusLoad& load, double value) {
   return load.samples > 0 ? nlohmann::json(value) : nlohmann::json();
 }

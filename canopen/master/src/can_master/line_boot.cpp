@@ -75,7 +75,7 @@ void LineBoot::adopt_plans() {
   }
 }
 
-/// A PDO whose mapping nobody knows, because its node is optional and missing.
+/// Returns an error for a PDO whose mapping is unknown, because its node is optional and missing.
 std::optional<NodeError> LineBoot::missing_mapping(std::size_t number) const {
   const auto& node = plan_->nodes[number];
   for (const bool rpdo : {true, false}) {

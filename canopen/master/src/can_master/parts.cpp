@@ -8,8 +8,8 @@ using std::chrono::nanoseconds;
 
 constexpr nanoseconds kLook = milliseconds{1};  ///< between two looks at the port while no cycle runs
 constexpr nanoseconds kReleaseTime = std::chrono::seconds{5};
-constexpr std::size_t kMostMasterEvents = 1024;  ///< that nobody takes; older ones are dropped
-constexpr int kLastCycles = 4;                   ///< in which the last frames leave
+constexpr std::size_t kMostMasterEvents = 1024;  ///< events that are kept until they are taken; older ones are dropped
+constexpr int kLastCycles = 4;                   ///< cycles in which the last frames leave
 
 }  // namespace
 

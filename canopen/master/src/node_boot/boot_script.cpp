@@ -233,7 +233,7 @@ void BootScript::read_consumers(std::uint8_t subindex, std::size_t count, const 
                                 const std::function<void(const Consumers&)>& then) const {
   if (subindex > count) return then(*values);
   read({{kConsumers, subindex}}, [self = *this, subindex, count, values, then](std::optional<std::uint32_t> value) {
-    // An entry that cannot be read is one that cannot be used: it counts as one of node-ID 0 that is busy.
+    // An entry that cannot be read cannot be used: it counts as busy, with node-ID 0.
     values->push_back(value.value_or(0xFFFF));
     self.read_consumers(static_cast<std::uint8_t>(subindex + 1), count, values, then);
   });

@@ -7,7 +7,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr unsigned kMostBootUps = 5;  ///< of a node while it is configured
+constexpr unsigned kMostBootUps = 5;  ///< boot-up messages of a node while it is configured
 constexpr unsigned kMostPushes = 3;   ///< NMT commands to a node that stays in a wrong state
 
 SdoOptions options_of(const NodePlan& plan) {

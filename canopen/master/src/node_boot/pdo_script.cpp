@@ -14,7 +14,7 @@ constexpr std::uint16_t kTpdoCommunication = 0x1800;
 constexpr std::uint16_t kMappingOffset = 0x200;  ///< from a communication parameter to its mapping
 constexpr std::uint8_t kInhibitTime = 3;
 constexpr std::uint8_t kEventTimer = 5;
-constexpr std::size_t kMostObjects = 64;  ///< of one bit each (CiA 301 7.5.2.36)
+constexpr std::size_t kMostObjects = 64;  ///< a PDO has 64 bits (CiA 301 7.5.2.36)
 
 std::size_t bits_of(std::span<const MappedObject> objects) noexcept {
   std::size_t bits = 0;

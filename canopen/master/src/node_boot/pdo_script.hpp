@@ -6,7 +6,7 @@ namespace driveline::canopen {
 
 /// Writes the steps that bring the PDOs of a node to what the plan wants. A PDO that is so already is only read;
 /// another one is switched off, changed, and switched on, in the order of CiA 301 7.5.2.36. PDOs 1 to 4 that the plan
-/// does not have are switched off, because the bus has no room for what nobody has counted.
+/// does not have are switched off, because the budget of the bus does not count them.
 class PdoScript {
  public:
   explicit PdoScript(const BootScript& script) noexcept : script_(script) {}

@@ -64,7 +64,7 @@ class AcyclicChannel {
  private:
   rt::SpscRing<ReceivedFrame> to_owner_;
   rt::SpscRing<Frame> to_bus_;
-  std::optional<Frame> next_;  ///< of the cycle
+  std::optional<Frame> next_;  ///< frame that the cycle sends next
   rt::PublishedValue<PortStatistics> statistics_;
 };
 

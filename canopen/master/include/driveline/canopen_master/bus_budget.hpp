@@ -28,10 +28,10 @@ inline constexpr std::uint32_t kLongestFrameBits = worst_frame_bits(8);
 /// and behind which a PDO may have to wait.
 struct BusBudget {
   std::uint32_t bit_rate = 1'000'000;        ///< bit/s
-  std::chrono::nanoseconds period{0};        ///< of SYNC
+  std::chrono::nanoseconds period{0};        ///< SYNC period
   std::size_t nodes = 0;                     ///< nodes with at least one PDO in every period
-  std::uint32_t bits = 0;                    ///< of a period, without stuff bits
-  std::uint32_t worst_bits = 0;              ///< of a period, in the worst case
+  std::uint32_t bits = 0;                    ///< bits of a period, without stuff bits
+  std::uint32_t worst_bits = 0;              ///< bits of a period, in the worst case
   std::uint32_t period_bits = 0;             ///< bits that the bus carries in a period
   std::chrono::nanoseconds needed{0};        ///< time of `worst_bits`
   bool fits = false;                         ///< `worst_bits` and the longest frame fit into `period_bits`
@@ -51,7 +51,7 @@ struct BusBudget {
 [[nodiscard]] BusBudget bus_budget(const MasterPlan& plan, const PdoImage& image);
 
 /// A budget that does not fit as a sentence: "8 axes need 1.74 ms of bus in the worst case, SYNC is 1 ms: take 2 ms, or
-/// 3 axes". One that fits: its load. `things`: what the nodes are called, in plural.
+/// 3 axes". For a plan that fits, the sentence gives its load. `things`: name of the nodes, in plural.
 [[nodiscard]] std::string describe(const BusBudget& budget, const std::string& things = "nodes");
 
 }  // namespace driveline::canopen

@@ -40,7 +40,7 @@ class BusWatch {
   std::uint8_t master_id_;
   std::bitset<kIdentifiers> rpdos_;                                     ///< identifiers of the RPDOs of the plan
   std::bitset<kMaxNodeId + 1U> known_;                                  ///< node-IDs of the plan
-  std::bitset<kMaxNodeId + 1U> strangers_;                              ///< that were told
+  std::bitset<kMaxNodeId + 1U> strangers_;                              ///< node-IDs of strangers that were reported
   std::array<std::optional<std::chrono::nanoseconds>, kSigns> told_{};  ///< when, by sign
   std::optional<OtherMasterSign> other_;
   BusState state_ = BusState::kUnknown;

@@ -60,7 +60,7 @@ class CanMaster {
   [[nodiscard]] MasterResult<void> boot(const Progress& progress = {});
   /// What nodes refused without stopping the start, since the last call.
   [[nodiscard]] NodeErrors take_notes();
-  /// The plan; complete after boot(): mappings that were left to the nodes are those that they have.
+  /// The plan; complete after boot(): where the plan left a mapping to the node, it has the mapping of the node.
   [[nodiscard]] const MasterPlan& plan() const noexcept;
   /// After boot(): the places of the process data.
   [[nodiscard]] const PdoImage& image() const noexcept;

@@ -38,7 +38,7 @@ struct MasterEvent {
     kEmergency,       ///< EMCY message `emergency`
     kErrorReset,      ///< EMCY message with code 0000h: the error, or all of them, has gone
     kGuardToggle,     ///< an answer to node guarding had the wrong toggle bit
-    kDoubleAnswers,   ///< two devices seem to have the same node-ID: an answer that nobody had asked for
+    kDoubleAnswers,   ///< two devices seem to have the same node-ID: an answer without a request
     kStranger,        ///< a node that is not in the plan is on the bus: `id`
     kOtherMaster,     ///< the line has another master: `other`
     kBusOff,          ///< the adapter has left the bus

@@ -27,7 +27,7 @@ enum class BootFrom : std::uint8_t {
 };
 
 /// Boots one node in the order of CiA 302-2, as a state machine: the caller sends outgoing(), passes on the frames
-/// that arrive, and tells the time. It waits for nobody, so all nodes of a line boot side by side.
+/// that arrive, and tells the time. It never waits, so all nodes of a line boot side by side.
 ///
 /// Reset communication and boot-up message (or an answer to 1000h of a node that was there before), device type,
 /// identity, error control that is not wanted off, start-up SDOs, SYNC, PDOs, error control on. The node is in

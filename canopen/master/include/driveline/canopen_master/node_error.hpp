@@ -63,7 +63,7 @@ enum class PlanFault : std::uint8_t {
   kTime,             ///< a time is longer than the 16 bits of its object, or than a heartbeat allows
   kMasterHeartbeat,  ///< a node expects the heartbeat of the master, which sends none in time
   kPdoNumber,        ///< a PDO number is not 1 to 512, or is there twice
-  kPdoIdentifier,    ///< PDO `pdo` has no identifier, or one that is reserved or used twice
+  kPdoIdentifier,    ///< the identifier of PDO `pdo` is missing, reserved or used twice
   kPdoTooLong,       ///< PDO `pdo` has more than 64 bits
   kTransmission,     ///< PDO `pdo`: its transmission type is reserved
   kCompleteAccess,   ///< a start-up SDO of all sub-indices at once: EtherCAT only
@@ -77,7 +77,7 @@ struct NodeError {
   BootStep step = BootStep::kReset;                   ///< when it happened
   SdoObject object{};                                 ///< the entry that it is about
   std::uint16_t pdo = 0;                              ///< number of the PDO; 0: none
-  bool rpdo = false;                                  ///< the PDO is one that the node receives
+  bool rpdo = false;                                  ///< the node receives the PDO
   std::uint32_t wanted = 0;                           ///< value of the plan
   std::uint32_t found = 0;                            ///< value of the node
   NmtState wanted_state = NmtState::kPreOperational;  ///< kWrongState

@@ -42,7 +42,7 @@ struct ErrorControlPlan {
   std::chrono::milliseconds master_tolerance{0};
   std::chrono::milliseconds guard_time{
       0};                             ///< interval of node guarding (100Ch); 0: none. Not together with `heartbeat`
-  std::uint8_t life_time_factor = 3;  ///< of node guarding (100Dh)
+  std::uint8_t life_time_factor = 3;  ///< life time factor of node guarding (100Dh)
 };
 
 /// Time limits of the requests to a node.
@@ -75,7 +75,7 @@ struct NodePlan {
 /// A line as its master runs it.
 struct MasterPlan {
   std::uint32_t bit_rate = 1'000'000;                              ///< bit/s
-  std::chrono::nanoseconds period = std::chrono::milliseconds{2};  ///< of SYNC
+  std::chrono::nanoseconds period = std::chrono::milliseconds{2};  ///< SYNC period
   std::uint16_t sync_identifier = 0x80;                            ///< identifier of SYNC
   std::uint8_t master_id = 127;                   ///< node-ID of the master, for its heartbeat; not one of a node
   std::chrono::milliseconds master_heartbeat{0};  ///< interval of the heartbeat of the master; 0: none

@@ -82,7 +82,7 @@ class NodeSupervisor {
   NodeView view_;
   std::optional<Frame> command_;  ///< NMT command to be sent
   std::deque<MasterEvent> events_;
-  std::chrono::nanoseconds deadline_{0};  ///< of the start; time of the next try
+  std::chrono::nanoseconds deadline_{0};  ///< end of the start, or time of the next try
   std::optional<NodeError> told_;         ///< the cause of the last failed recovery that was told
   bool watching_ = false;
   bool wanted_ = false;  ///< Operational is wanted

@@ -24,7 +24,7 @@ struct NodeIdentity {
 struct NodeView {
   NodePhase phase = NodePhase::kNotSeen;  ///< where it is
   BootStep step = BootStep::kReset;       ///< the step of its boot, in kBooting; that at which it failed, in kFailed
-  std::optional<NmtState> state{};        ///< of its last boot-up message, heartbeat or guarding answer
+  std::optional<NmtState> state{};        ///< state in its last boot-up message, heartbeat or guarding answer
   std::chrono::nanoseconds heard{0};      ///< when that was
   NodeIdentity identity{};                ///< after its first boot
   std::optional<Emergency> emergency{};   ///< last EMCY message

@@ -43,7 +43,7 @@ class NodeWatch {
   std::chrono::nanoseconds deadline_{0};
   std::chrono::nanoseconds next_guard_{0};
   bool running_ = false;
-  bool toggle_ = false;  ///< of the next answer
+  bool toggle_ = false;  ///< toggle bit of the next answer
 };
 
 }  // namespace driveline::canopen

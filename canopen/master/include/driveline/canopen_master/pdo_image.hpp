@@ -25,7 +25,7 @@ struct PdoPlace {
   std::uint8_t transmission = 1;                  ///< transmission type of the node
   std::chrono::nanoseconds resend{0};             ///< RPDO on change: when unchanged content is sent again
   /// Whether an answer is due after each SYNC, for TPDOs: PdoExchange::kWithSync and transmission type 1. One of
-  /// another type may leave SYNCs out, so that nobody can tell a lost one.
+  /// another type may leave SYNCs out, so that a lost PDO cannot be noticed.
   [[nodiscard]] bool answers_each_sync() const noexcept {
     return exchange == PdoExchange::kWithSync && transmission == 1;
   }

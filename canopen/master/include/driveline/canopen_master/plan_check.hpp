@@ -9,7 +9,7 @@ namespace driveline::canopen {
 inline constexpr std::uint8_t kLastSynchronous = 240;
 
 /// The identifier of a PDO of a node: that of the plan, or that of the predefined connection set; 0: it has neither.
-/// `rpdo`: one that the node receives. \rtsafe
+/// `rpdo`: the node receives the PDO. \rtsafe
 [[nodiscard]] constexpr std::uint16_t pdo_identifier(const PdoPlan& pdo, bool rpdo, std::uint8_t node) noexcept {
   if (pdo.identifier != 0) return pdo.identifier;
   const auto& bases = rpdo ? predefined::kRxPdo : predefined::kTxPdo;

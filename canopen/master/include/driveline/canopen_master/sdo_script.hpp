@@ -35,7 +35,8 @@ class SdoScript {
   /// Forgets what was added and is not under way; the transfer under way ends without telling anybody.
   void clear();
 
-  /// A request of somebody else, which comes before everything that was added: an upload, or a download of `data`.
+  /// A request from outside the script, which runs before everything that was added: an upload, or a download of
+  /// `data`.
   void ask(SdoObject object, std::optional<std::vector<std::byte>> data, Then then);
   /// The node has started anew: it will not answer what was asked before. Requests of ask() fail with kNoAnswer.
   void forget_node();
@@ -52,7 +53,7 @@ class SdoScript {
   bool receive(const Frame& frame, std::chrono::nanoseconds time);
   /// Time has passed: does what is due.
   void advance(std::chrono::nanoseconds now);
-  /// Answers that nobody had asked for, as they come when two devices have the same node-ID.
+  /// Answers without a request, which come when two devices have the same node-ID.
   [[nodiscard]] std::uint64_t unasked() const noexcept { return unasked_; }
 
  private:
@@ -79,8 +80,8 @@ class SdoScript {
   std::unique_ptr<SdoTransfer> transfer_;
   Then then_;
   bool asked_ = false;                                 ///< the transfer is one of ask()
-  SdoObject object_{};                                 ///< of the transfer
-  SdoObject last_{};                                   ///< of the transfer before
+  SdoObject object_{};                                 ///< object of the transfer
+  SdoObject last_{};                                   ///< object of the previous transfer
   std::chrono::nanoseconds old_answer_until_{0};       ///< until then an answer to an abandoned transfer may come
   std::chrono::nanoseconds foreign_request_until_{0};  ///< until then an answer may be that to another client
   std::uint64_t unasked_ = 0;

@@ -13,7 +13,7 @@ namespace driveline::ecat_master {
 /// Frames of other senders that the cycle receives, and the most serious datagram of another master among them.
 class ForeignFrames {
  public:
-  /// Takes a frame that is not of this master. Returns false for one that does no harm and does not count. For the
+  /// Takes a frame that is not of this master. Returns false for a harmless frame, which does not count. For the
   /// cycle. \rtsafe
   bool note(std::span<const std::byte> frame) noexcept;
   /// Frames so far. Any thread. \rtsafe

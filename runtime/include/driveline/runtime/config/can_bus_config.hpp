@@ -14,13 +14,14 @@ namespace driveline::runtime {
 
 /// What a line description with [bus] type = "can" says of its bus.
 struct CanBusConfig {
-  std::uint32_t bit_rate = 1'000'000;  ///< of the master's controller, in bit/s; drives have their own (MSD: P 2006)
-  slaves::can::Wiring wiring{};        ///< cable and terminators of the simulated bus
-  std::uint64_t seed = 0;              ///< of what happens now and then on the simulated bus
-  std::uint8_t master_node = 127;      ///< [master] node; default: the highest node-ID that no slave has
+  std::uint32_t bit_rate =
+      1'000'000;                 ///< bit rate of the master's controller, in bit/s; drives have their own (MSD: P 2006)
+  slaves::can::Wiring wiring{};  ///< cable and terminators of the simulated bus
+  std::uint64_t seed = 0;        ///< seed of random events on the simulated bus
+  std::uint8_t master_node = 127;  ///< [master] node; default: the highest node-ID that no slave has
   /// [master] heartbeat_ms: interval of the master's heartbeat; 0: none.
   std::chrono::milliseconds master_heartbeat{100};
-  std::vector<CanFaultPlan> faults;  ///< of the simulated bus, in the order of the file
+  std::vector<CanFaultPlan> faults;  ///< faults of the simulated bus, in the order of the file
 };
 
 /// PDOs of a [[slave]] on a CAN bus: its [[slave.pdo]].

@@ -24,7 +24,7 @@ struct CanReport {
 /// Share of the bus that carried frames, measured in every cycle in operation.
 struct BusLoad {
   double mean = 0.0;          ///< 0 to 1
-  double maximum = 0.0;       ///< that of the busiest cycle
+  double maximum = 0.0;       ///< load of the busiest cycle
   std::uint64_t samples = 0;  ///< cycles; 0: the bus does not measure it
 };
 

@@ -67,7 +67,7 @@ class Tpdo {
   nanoseconds inhibited_until_{0};
   nanoseconds event_timer_ = kNever;
   canopen::Identifier identifier_;
-  std::uint32_t type_ = 0;   ///< of transmission
+  std::uint32_t type_ = 0;   ///< transmission type
   std::uint32_t syncs_ = 0;  ///< since the last message
   bool running_ = false;
   bool active_ = false;  ///< is running, exists, and maps something

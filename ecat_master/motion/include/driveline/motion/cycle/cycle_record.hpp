@@ -25,7 +25,7 @@ class CycleRecord {
  public:
   /// Receivers of the records; they must outlive this object.
   struct Settings {
-    std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the grid
+    std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< period of the grid
     std::uint32_t sample_every = 1;      ///< samples of every n-th cycle are written to the rings
     SampleRings rings{};                 ///< receive the samples
     FlightRecorder* recorder = nullptr;  ///< null: none
@@ -99,7 +99,7 @@ class CycleRecord {
   rt::SpscRing<MasterAbsence> absences_{kAbsenceRing};
   bool counting_ = true;
   bool failure_recorded_ = false;
-  std::chrono::nanoseconds cost_{0};  ///< of this cycle
+  std::chrono::nanoseconds cost_{0};  ///< cost of this cycle
   std::uint64_t count_seen_ = 1;      ///< value of count_switched_ in the last cycle
   std::uint64_t cycles_ = 0;
   std::atomic<std::uint64_t> count_switched_{1};  ///< number of times that count() changed; odd: on

@@ -40,7 +40,7 @@ struct MotionSettings {
 /// Setpoints of the bus, at the motor shaft; positions in position units, so that they wrap around exactly.
 struct Setpoints {
   std::int32_t position = 0;           ///< whole position units
-  double position_fraction = 0.0;      ///< of a position unit, 0 to 1, on top of `position`
+  double position_fraction = 0.0;      ///< fraction of a position unit, 0 to 1, which is added to `position`
   double velocity_rad_s = 0.0;         ///< velocity
   double torque_nm = 0.0;              ///< torque
   double velocity_offset_rad_s = 0.0;  ///< added to the velocity as feed-forward

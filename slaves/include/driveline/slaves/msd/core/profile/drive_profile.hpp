@@ -15,8 +15,8 @@ namespace driveline::slaves::msd {
 /// Everything but the constructor is \rtsafe.
 class DriveProfile {
  public:
-  using Effect = ProfileEffect;          ///< of a written object
-  using Conditions = ProfileConditions;  ///< of the state machine
+  using Effect = ProfileEffect;          ///< effect of a written object
+  using Conditions = ProfileConditions;  ///< conditions of the state machine
 
   /// The profile CiA 402. `dictionary` contains its objects and must outlive this.
   explicit DriveProfile(ObjectDictionary& dictionary) noexcept : profile_(Cia402Profile(dictionary)) {}
