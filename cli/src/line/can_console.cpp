@@ -102,12 +102,18 @@ void CanConsole::tell_events() {
   }
 }
 
+std::string_view CanConsole::state_of(std::size_t place) {
+  const auto& controller = line_.bus().controller(place);
+  if (!controller.powered()) return "OFF";
+  // Such a node takes no part in the bus, whatever its NMT state.
+  if (controller.errors().state() == slaves::can::ErrorState::kBusOff) return "BUS OFF";
+  return line_.device(place).state();
+}
+
 std::string CanConsole::states() {
   std::map<std::string, std::string> names_by_state;
   for (std::size_t i = 0; i < line_.size(); ++i) {
-    const bool off = !line_.bus().controller(i).powered();
-    const auto state = off ? "OFF" : line_.device(i).state();
-    names_by_state[std::string(state)].append(" ").append(line_.names()[i]);
+    names_by_state[std::string(state_of(i))].append(" ").append(line_.names()[i]);
   }
   std::string text;
   for (const auto& [state, names] : names_by_state) {

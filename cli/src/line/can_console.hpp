@@ -19,6 +19,7 @@ class CanConsole {
   /// Prints the faults that have begun or ended since the last call.
   void tell_events();
   /// Names of the slaves by NMT state, and the faults: "Operational: x y; Pre-operational: z; fault: dominant slave=x".
+  [[nodiscard]] std::string_view state_of(std::size_t place);
   [[nodiscard]] std::string states();
   /// Whether the user has requested the end.
   [[nodiscard]] bool ended() const noexcept { return ended_; }

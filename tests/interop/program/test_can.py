@@ -181,6 +181,8 @@ class Faults(CanLine):
         self.assertIn("this fault is not active", self.order("fault", "heal", "power-off", "slave=0", status=1))
         self.assertIn('"delay" is not a kind of fault of a CAN line', self.order("fault", "delay", status=1))
         self.assertEqual(self.order("fault", "heal", "all"), "done\n")
+        self.assertEqual(self.order("fault", "bus-off", "slave=2"), "done\n")
+        self.assertRegex(self.order("fault", "states"), r"^BUS OFF: \w+; Pre-operational: \w+( \w+){6}$")
         self.assertIn("KIND KEY=VALUE", self.order("fault", "help"))
         self.wait_for("it is told", lambda: "fault ends: drop id=0x181 count=5" in self.text("line.log"), self.line)
         self.assertIn("fault begins: power-off slave=", self.text("line.log"))

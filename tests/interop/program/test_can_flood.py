@@ -1,4 +1,6 @@
 """A client that sends random frames to a simulated CAN line at full load: its memory stays as it is, and its drives live.
+A drive that sends at the same instant as the client, with the same identifier and other data, goes bus off as on a real
+bus: both repeat their frames until one of them has counted 256 errors. It needs a power cycle.
 DRIVELINE_CAN_FLOOD_SECONDS sets the duration (default 3), DRIVELINE_CAMPAIGN_SEED what is sent."""
 import os
 import random
@@ -14,6 +16,7 @@ from program import EXAMPLES, PATIENCE_S, ProgramTest
 SECONDS = float(os.environ.get("DRIVELINE_CAN_FLOOD_SECONDS", "3"))
 SEED = int(os.environ.get("DRIVELINE_CAMPAIGN_SEED", "1"))
 NODES = range(1, 9)
+NAMES = "xyzabcuv"  # of the drives, by node-ID
 FRAMES = 20_000  # different ones, which are sent again and again
 MORE_KIB = 512  # of memory at the end than after a third
 
@@ -74,12 +77,19 @@ class Client:
 
 
 class Flood(ProgramTest):
+    def order(self, *words):
+        """Gives an order to the line; returns its answer."""
+        done = self.run_program("fault", "--control", "line.socket", *words)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
     def resident_kib(self, process):
         with open(f"/proc/{process.pid}/status", encoding="ascii") as status:
             return int(re.search(r"VmRSS:\s+(\d+) kB", status.read())[1])
 
     def test_random_frames_at_full_load(self):
-        line = self.start("simulate", "--config", EXAMPLES / "can8.toml", "--slcan", "127.0.0.1:0", log="line.log")
+        line = self.start("simulate", "--config", EXAMPLES / "can8.toml", "--slcan", "127.0.0.1:0", "--control", "line.socket",
+                          log="line.log")
         self.wait_for("the line is served", lambda: "Ctrl-C ends the program" in self.text("line.log"), line)
         client = Client(int(re.search(r"slcan at 127\.0\.0\.1:(\d+)", self.text("line.log"))[1]))
         self.addCleanup(client.socket.close)
@@ -99,9 +109,13 @@ class Flood(ProgramTest):
         self.assertGreaterEqual(len(sizes), 3)
         third = len(sizes) // 3
         self.assertLessEqual(max(sizes[-third:]), max(sizes[:third]) + MORE_KIB, f"memory in KiB: {sizes}")
+        states = self.order("states")
+        for node, name in zip(NODES, NAMES):
+            if re.search(rf"BUS OFF:[^;]* {name}\b", states):
+                self.assertEqual(self.order("power-off", f"slave={name}", "for_ms=100"), "done\n")
         # A reset, and all are as they were.
         for node in NODES:
-            self.assertIsNotNone(client.ask(b"t000281%02X\r" % node, b"t70%X100" % node), f"node {node} does not start again")
+            self.assertIsNotNone(client.ask(b"t000281%02X\r" % node, b"t70%X100" % node), f"node {node} does not start again; before its reset: {states}")
             answer = client.ask(b"t60%X84018100200000000\r" % node, b"t58%X8" % node)
             self.assertIsNotNone(answer, f"node {node} does not answer")
             self.assertTrue(answer.startswith(b"t58%X843181002" % node), answer)
