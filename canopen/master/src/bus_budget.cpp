@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace driveline::canopen {
@@ -25,7 +26,7 @@ struct Bits {
 };
 
 std::uint32_t bits_in(nanoseconds period, std::uint32_t bit_rate) {
-  return static_cast<std::uint32_t>(Seconds(period).count() * bit_rate + 0.5);
+  return static_cast<std::uint32_t>(std::lround(Seconds(period).count() * bit_rate));
 }
 
 /// Bits of each node in a period.

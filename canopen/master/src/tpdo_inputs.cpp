@@ -38,7 +38,7 @@ TpdoInputs::Kind TpdoInputs::kind_of(const Frame& frame) const noexcept {
 /// Neither SYNC nor its answer takes less time than without stuff bits.
 nanoseconds TpdoInputs::earliest_answer(const Frame& frame, nanoseconds sync) const noexcept {
   constexpr std::int64_t kNanoseconds = 1'000'000'000;
-  const std::int64_t bits = frame_bits(0) + frame_bits(frame.length) - kInterframeBits;
+  const std::int64_t bits = frame_bits(0) + frame_bits(frame.length) - std::uint32_t{kInterframeBits};
   return sync + nanoseconds{bits * kNanoseconds / bit_rate_};
 }
 

@@ -16,7 +16,6 @@ namespace driveline::bus_test {
 namespace {
 
 using canopen::Frame;
-using canopen::MasterPlan;
 using canopen::NodePlan;
 using canopen::PdoExchange;
 using canopen::PdoPlan;

@@ -9,7 +9,6 @@ namespace driveline::canopen {
 namespace {
 
 using cycle_test::axes_plan;
-using ::testing::HasSubstr;
 
 TEST(PdoImageTest, PutsThePdosOfAllNodesOneBehindTheOther) {
   const auto image = *must(PdoImage::build(axes_plan(2)));
