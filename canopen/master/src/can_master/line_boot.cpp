@@ -2,12 +2,19 @@
 
 #include <algorithm>
 
+#include "driveline/canopen_master/bus_budget.hpp"
 #include "driveline/canopen_master/plan_check.hpp"
 
 namespace driveline::canopen {
 namespace {
 
 constexpr std::chrono::nanoseconds kBootLook = std::chrono::milliseconds{1};  ///< between two looks at the port
+
+/// Time of the longest frame.
+std::chrono::nanoseconds longest_frame(std::uint32_t bit_rate) noexcept {
+  constexpr std::int64_t kNanoseconds = 1'000'000'000;
+  return std::chrono::nanoseconds{std::int64_t{kLongestFrameBits} * kNanoseconds / std::max(bit_rate, 1U)};
+}
 
 }  // namespace
 
@@ -45,6 +52,8 @@ NodeErrors LineBoot::run(const CanMaster::Progress& progress) {
     tell(progress, told);
     if (port_->statistics().down) return {line_error(NodeErrorKind::kBusDown)};
     static_cast<void>(port_->wait_readable(now() + kBootLook));
+    // SDOs have priority over boot-up messages and heartbeats: requests without a pause would hold them back.
+    clock_->sleep_until(now() + longest_frame(plan_->bit_rate));
   }
   tell(progress, told);
   adopt_plans();
