@@ -10,8 +10,9 @@ namespace {
 using std::chrono::duration;
 using std::chrono::nanoseconds;
 
-const EntryRow* find(const DictionaryTable& table, std::size_t drive, std::uint16_t index, std::size_t bytes) noexcept {
-  const auto* row = table.find(static_cast<std::uint16_t>(index + drive * 0x800U), 0);
+const EntryRow* find(const DictionaryTable& table, std::size_t drive, std::uint16_t index, std::size_t bytes,
+                     std::uint8_t subindex = 0) noexcept {
+  const auto* row = table.find(static_cast<std::uint16_t>(index + drive * 0x800U), subindex);
   return row != nullptr && row->slot != slot::kConstant && byte_size(row->type) == bytes ? row : nullptr;
 }
 
@@ -52,6 +53,7 @@ IdealDrives::IdealDrives(const DictionaryTable& table) : drives_(count_drives(ta
     drive.mode = find(table, n, 0x6060, 1);
     drive.mode_display = find(table, n, 0x6061, 1);
     drive.target_position = find(table, n, 0x607A, 4);
+    drive.interpolation_data = find(table, n, 0x60C1, 4, 1);
     drive.target_velocity = find(table, n, 0x60FF, 4);
     drive.actual_position = find(table, n, 0x6064, 4);
     drive.actual_velocity = find(table, n, 0x606C, 4);
@@ -60,9 +62,9 @@ IdealDrives::IdealDrives(const DictionaryTable& table) : drives_(count_drives(ta
 
 bool IdealDrives::owns(std::uint16_t slot) const noexcept {
   return std::any_of(drives_.begin(), drives_.end(), [slot](const Drive& drive) {
-    const std::array rows{drive.control_word,   drive.status_word,     drive.error_code,      drive.mode,
-                          drive.mode_display,   drive.target_position, drive.target_velocity, drive.actual_position,
-                          drive.actual_velocity};
+    const std::array rows{drive.control_word,    drive.status_word,     drive.error_code,         drive.mode,
+                          drive.mode_display,    drive.target_position, drive.interpolation_data, drive.target_velocity,
+                          drive.actual_position, drive.actual_velocity};
     return std::any_of(rows.begin(), rows.end(),
                        [slot](const EntryRow* row) { return row != nullptr && row->slot == slot; });
   });
@@ -74,8 +76,9 @@ void IdealDrives::exchange(const ObjectDictionary& dictionary) noexcept {
     if (now != drive.since) drive.interval = now - drive.since;  // one exchange may have several sync managers
     drive.since = now;
     drive.from = drive.position;
-    if (drive.target_position == nullptr) continue;
-    const auto target = static_cast<std::uint32_t>(dictionary.raw(drive.target_position->slot));
+    const EntryRow* setpoint = drive.interpolates() ? drive.interpolation_data : drive.target_position;
+    if (setpoint == nullptr) continue;
+    const auto target = static_cast<std::uint32_t>(dictionary.raw(setpoint->slot));
     // The distance wraps like the object: the shorter way around its range.
     const auto distance = static_cast<std::int32_t>(target - static_cast<std::uint32_t>(wrapped(drive.position)));
     drive.to = std::nearbyint(drive.position) + distance;
@@ -113,8 +116,9 @@ void IdealDrives::Drive::choose_mode(const ObjectDictionary& dictionary) noexcep
   constexpr auto kVelocity = OperationMode::kCyclicSynchronousVelocity;
   auto wanted = target_position != nullptr ? kPosition : kVelocity;
   if (mode != nullptr) wanted = static_cast<OperationMode>(static_cast<std::int8_t>(dictionary.raw(mode->slot)));
-  const bool known =
-      (wanted == kPosition && target_position != nullptr) || (wanted == kVelocity && target_velocity != nullptr);
+  const bool known = (wanted == kPosition && target_position != nullptr) ||
+                     (wanted == OperationMode::kInterpolatedPosition && interpolation_data != nullptr) ||
+                     (wanted == kVelocity && target_velocity != nullptr);
   if (!known || wanted == active) return;
   active = wanted;
   from = to = position;
@@ -125,6 +129,7 @@ void IdealDrives::Drive::step_power(ObjectDictionary& dictionary, nanoseconds dt
   const bool reset = (control & control_word::kFaultReset) != 0;
   if (reset && !reset_bit && power.acknowledge()) set(dictionary, error_code, 0.0);
   reset_bit = reset;
+  interpolation_enabled = (control & control_word::kEnableIp) != 0;
   power.step({.control_word = control, .power_ready = true, .standstill = true, .options = {}}, dt);
 }
 
@@ -135,7 +140,9 @@ void IdealDrives::Drive::move(const ObjectDictionary& dictionary, nanoseconds no
   } else if (active == OperationMode::kCyclicSynchronousVelocity) {
     velocity = number(dictionary, target_velocity);
     position += velocity * duration<double>(dt).count();
-  } else if (active == OperationMode::kCyclicSynchronousPosition) {
+  } else if (interpolates() && !interpolation_enabled) {
+    from = to = position;
+  } else if (interpolates() || active == OperationMode::kCyclicSynchronousPosition) {
     const double part = interval.count() > 0 ? duration<double>(now - since) / duration<double>(interval) : 1.0;
     position = from + (to - from) * std::min(part, 1.0);
     if (interval.count() > 0) velocity = (to - from) / duration<double>(interval).count();
@@ -144,7 +151,9 @@ void IdealDrives::Drive::move(const ObjectDictionary& dictionary, nanoseconds no
 
 void IdealDrives::Drive::publish(ObjectDictionary& dictionary) const noexcept {
   std::uint16_t status = status_bits(power.state()) | status_word::kVoltageEnabled | status_word::kRemote;
-  if (follows() && active != OperationMode::kNone) status |= status_word::kTargetUsed;
+  static_assert(status_word::kTargetUsed == status_word::kIpActive);
+  const bool moves = interpolates() ? interpolation_enabled : active != OperationMode::kNone;
+  if (follows() && moves) status |= status_word::kTargetUsed;
   set(dictionary, status_word, status);
   set(dictionary, mode_display, static_cast<double>(active));
   set(dictionary, actual_position, wrapped(position));

@@ -189,6 +189,29 @@ TEST_F(IdealDrivesTest, OtherOutputsAreLoopedBack) {
   EXPECT_EQ(answers[0].position, 0) << "it is off";
 }
 
+TEST_F(IdealDrivesTest, InterpolatesWhenItsControlWordSaysSo) {
+  auto description = dual_drive();
+  for (auto& entry : description.rx_pdos[0].entries) {
+    if (entry.index != 0x607A) continue;
+    entry.index = 0x60C1;
+    entry.subindex = 1;
+  }
+  start(description);
+  commands[0].mode = 7;
+  commands[0].control_word = kShutdown;
+  exchange(3);
+  commands[0].control_word = kEnable;
+  commands[0].position = 700;
+  exchange(6);
+  EXPECT_EQ(answers[0].mode, 7);
+  EXPECT_EQ(answers[0].status_word, 0x0237) << "enabled, but bit 4 of the control word is not set";
+  EXPECT_EQ(answers[0].position, 0);
+  commands[0].control_word = kEnable | 0x10;
+  exchange(6);
+  EXPECT_EQ(answers[0].status_word, 0x1237) << "interpolated position is active";
+  EXPECT_EQ(answers[0].position, 700);
+}
+
 TEST(IdealDrives, AreCountedByTheirWords) {
   const auto count = [](const esi::DeviceDescription& description) {
     return count_drives(model_of(description)->table());

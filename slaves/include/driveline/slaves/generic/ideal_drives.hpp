@@ -17,9 +17,10 @@ namespace driveline::slaves::generic {
 [[nodiscard]] std::size_t count_drives(const DictionaryTable& table) noexcept;
 
 /// The CiA 402 drives of a device that is known by its description only. They have neither motor nor load: an enabled
-/// drive moves exactly as commanded, in cyclic synchronous position and velocity mode, as far as its dictionary has
-/// 607Ah and 60FFh. A position setpoint is reached one exchange after its reception (linear interpolation), a velocity
-/// setpoint at once. Ramps take no time: a drive that is not enabled stands still.
+/// drive moves exactly as commanded, in cyclic synchronous position and velocity mode and in interpolated position
+/// mode, as far as its dictionary has 607Ah, 60FFh and 60C1h:01. A position setpoint is reached one exchange after its
+/// reception (linear interpolation), a velocity setpoint at once. Ramps take no time: a drive that is not enabled
+/// stands still.
 ///
 /// The values of the objects are those of the device's dictionary. Belongs to the thread that drives the line.
 class IdealDrives {
@@ -51,13 +52,15 @@ class IdealDrives {
     const EntryRow* mode = nullptr;
     const EntryRow* mode_display = nullptr;
     const EntryRow* target_position = nullptr;
+    const EntryRow* interpolation_data = nullptr;
     const EntryRow* target_velocity = nullptr;
     const EntryRow* actual_position = nullptr;
     const EntryRow* actual_velocity = nullptr;
 
     PowerStateMachine power{};
     OperationMode active = OperationMode::kNone;
-    bool reset_bit = false;  ///< bit 7 of the control word in the last step
+    bool reset_bit = false;              ///< bit 7 of the control word in the last step
+    bool interpolation_enabled = false;  ///< bit 4 of the control word, for interpolated position mode
     // Increments, continuing beyond the range of the objects.
     double position = 0.0;
     double velocity = 0.0;                 ///< increments per second
@@ -67,6 +70,7 @@ class IdealDrives {
     std::chrono::nanoseconds interval{0};  ///< time between the last two exchanges
 
     [[nodiscard]] bool follows() const noexcept { return power.motion() == MotionCommand::kFollow; }
+    [[nodiscard]] bool interpolates() const noexcept { return active == OperationMode::kInterpolatedPosition; }
     void step_power(ObjectDictionary& dictionary, std::chrono::nanoseconds dt) noexcept;
     void choose_mode(const ObjectDictionary& dictionary) noexcept;
     void move(const ObjectDictionary& dictionary, std::chrono::nanoseconds now, std::chrono::nanoseconds dt) noexcept;
