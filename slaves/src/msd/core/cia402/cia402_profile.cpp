@@ -9,9 +9,6 @@
 namespace driveline::slaves::msd {
 namespace {
 
-constexpr std::uint16_t kControlLocationCia402 = 5;  ///< P 159
-constexpr std::uint16_t kReferenceSourceCia402 = 7;  ///< P 165
-
 /// Returns which of bits 13 to 15 of the status word the mode shows: the following error (MSD manual Table 11.9), ROT_0
 /// (Tables 12.5, 12.14, 12.18-12.24), "axis synchronised" (12.3).
 constexpr std::uint16_t shown_bits(OperationMode mode) noexcept {
@@ -113,10 +110,6 @@ ProfileEffect Cia402Profile::written(std::uint16_t slot) noexcept {
   }
 }
 
-bool Cia402Profile::setpoints_from_bus() const noexcept {
-  return dictionary_->get(kValue.reference_source) == kReferenceSourceCia402;
-}
-
 Setpoints Cia402Profile::setpoints(const MotionSettings& settings) const noexcept {
   constexpr auto kInterpolated = OperationMode::kInterpolatedPosition;
   const auto wanted = static_cast<OperationMode>(dictionary_->get(kValue.mode));
@@ -131,23 +124,6 @@ Setpoints Cia402Profile::setpoints(const MotionSettings& settings) const noexcep
   setpoints.velocity_offset_rad_s = velocity(dictionary_->get(kValue.velocity_offset));
   setpoints.torque_offset_nm = torque(dictionary_->get(kValue.torque_offset));
   return setpoints;
-}
-
-std::uint64_t Cia402Profile::commands() const noexcept {
-  const auto mode = static_cast<std::uint8_t>(dictionary_->get(kValue.mode));
-  return std::uint64_t{dictionary_->get(kValue.touch_probe_function)} << 32U | std::uint64_t{mode} << 16U |
-         dictionary_->get(kValue.control_word);
-}
-
-bool Cia402Profile::takes_fault_reset() noexcept {
-  const auto word = dictionary_->get(kValue.control_word);
-  const bool rising = (word & ~last_control_word_ & control_word::kFaultReset) != 0;
-  last_control_word_ = word;
-  return rising && remote();
-}
-
-bool Cia402Profile::remote() const noexcept {
-  return dictionary_->get(kValue.control_location) == kControlLocationCia402;
 }
 
 /// Returns 6040h; 0 when the control word does not come from the bus.
@@ -224,10 +200,6 @@ std::uint16_t Cia402Profile::motion_bits(const StatusFacts& facts, const DriveMo
   put(status_word::kWarning, facts.warning);
   put(status_word::kInternalLimit, power_.power_on() && (motion.limited() || modes_.limited()));
   return static_cast<std::uint16_t>(word | modes_.status_bits(motion));
-}
-
-std::uint16_t Cia402Profile::status() const noexcept {
-  return dictionary_->get(kValue.status_word);
 }
 
 }  // namespace driveline::slaves::msd

@@ -6,6 +6,7 @@
 #include "driveline/slaves/cia402/power_state_machine.hpp"
 #include "driveline/slaves/msd/core/cia402/mode_control.hpp"
 #include "driveline/slaves/msd/core/drive_motion.hpp"
+#include "driveline/slaves/msd/core/drive_values.hpp"
 #include "driveline/slaves/msd/core/profile/profile_types.hpp"
 #include "driveline/slaves/msd/core/terminals.hpp"
 #include "driveline/slaves/msd/core/touch_probe.hpp"
@@ -30,14 +31,25 @@ class Cia402Profile {
   /// Control word, targets, offsets, and the interpolation sub mode 60C0h, which is P 370 with other numbers.
   [[nodiscard]] ProfileEffect written(std::uint16_t slot) noexcept;
   /// Whether P 165 selects CiA 402.
-  [[nodiscard]] bool setpoints_from_bus() const noexcept;
+  [[nodiscard]] bool setpoints_from_bus() const noexcept {
+    return dictionary_->get(kValue.reference_source) == kReferenceSourceCia402;
+  }
   /// Setpoints for the mode in 6060h, or for the active mode when the drive does not have that one: setpoints sent
   /// together with a new mode are for this mode.
   [[nodiscard]] Setpoints setpoints(const MotionSettings& settings) const noexcept;
   /// 6040h, 6060h and 60B8h.
-  [[nodiscard]] std::uint64_t commands() const noexcept;
+  [[nodiscard]] std::uint64_t commands() const noexcept {
+    const auto mode = static_cast<std::uint8_t>(dictionary_->get(kValue.mode));
+    return std::uint64_t{dictionary_->get(kValue.touch_probe_function)} << 32U | std::uint64_t{mode} << 16U |
+           dictionary_->get(kValue.control_word);
+  }
   /// Bit 7 of 6040h: an edge counts even if both levels occur between two evaluations.
-  [[nodiscard]] bool takes_fault_reset() noexcept;
+  [[nodiscard]] bool takes_fault_reset() noexcept {
+    const auto word = dictionary_->get(kValue.control_word);
+    const bool rising = (word & ~last_control_word_ & control_word::kFaultReset) != 0;
+    last_control_word_ = word;
+    return rising && remote();
+  }
 
   /// Takes the mode in 6060h.
   [[nodiscard]] bool select_mode() noexcept;
@@ -75,12 +87,17 @@ class Cia402Profile {
   /// The whole of 6041h.
   void publish_motion(const StatusFacts& facts, const DriveMotion& motion) noexcept;
   /// 6041h.
-  [[nodiscard]] std::uint16_t status() const noexcept;
+  [[nodiscard]] std::uint16_t status() const noexcept { return dictionary_->get(kValue.status_word); }
   /// Bit 11 of 6041h.
   [[nodiscard]] bool shows_limit() const noexcept { return (status() & status_word::kInternalLimit) != 0; }
 
  private:
-  [[nodiscard]] bool remote() const noexcept;
+  static constexpr std::uint16_t kControlLocationCia402 = 5;  // P 159
+  static constexpr std::uint16_t kReferenceSourceCia402 = 7;  // P 165
+
+  [[nodiscard]] bool remote() const noexcept {
+    return dictionary_->get(kValue.control_location) == kControlLocationCia402;
+  }
   [[nodiscard]] std::uint16_t control_word() const noexcept;
   [[nodiscard]] OptionCodes option_codes() const noexcept;
   [[nodiscard]] std::uint16_t motion_bits(const StatusFacts& facts, const DriveMotion& motion) const noexcept;
