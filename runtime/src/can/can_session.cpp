@@ -16,7 +16,7 @@ constexpr std::size_t kCaptureFrames = 4096;
 
 /// Name of the bus in a capture: that of the interface, where the text has one.
 std::string capture_name(const LineConfig& config) {
-  const auto text = config.interface.value_or("can0");
+  auto text = config.interface.value_or("can0");
   const auto slash = text.rfind('/');
   if (text.find(':') == std::string::npos) return text;
   return text.starts_with("socketcand:") && slash != std::string::npos ? text.substr(slash + 1) : "can0";

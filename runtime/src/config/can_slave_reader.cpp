@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "config/can_restrictions.hpp"
@@ -85,7 +86,7 @@ void read_times_of_pdo(TomlReader& reader, bool tpdo, PdoPlan& pdo) {
   if (reader.has("inhibit_us")) {
     if (!tpdo) reader.fail("inhibit_us", "is for TPDOs, which the node sends");
     const double us = reader.number("inhibit_us", 0.0, kLongestInhibitUs);
-    pdo.inhibit_100us = static_cast<std::uint16_t>(us / kInhibitUnitUs + 0.5);
+    pdo.inhibit_100us = static_cast<std::uint16_t>(std::lround(us / kInhibitUnitUs));
   }
   if (reader.has("event_ms")) {
     if (!tpdo) reader.fail("event_ms", "is for TPDOs, which the node sends; resend_ms is expected");

@@ -135,13 +135,11 @@ void IdealDrives::Drive::step_power(ObjectDictionary& dictionary, nanoseconds dt
 
 void IdealDrives::Drive::move(const ObjectDictionary& dictionary, nanoseconds now, nanoseconds dt) noexcept {
   velocity = 0.0;
-  if (!follows()) {
+  if (!follows() || (interpolates() && !interpolation_enabled)) {
     from = to = position;
   } else if (active == OperationMode::kCyclicSynchronousVelocity) {
     velocity = number(dictionary, target_velocity);
     position += velocity * duration<double>(dt).count();
-  } else if (interpolates() && !interpolation_enabled) {
-    from = to = position;
   } else if (interpolates() || active == OperationMode::kCyclicSynchronousPosition) {
     const double part = interval.count() > 0 ? duration<double>(now - since) / duration<double>(interval) : 1.0;
     position = from + (to - from) * std::min(part, 1.0);
