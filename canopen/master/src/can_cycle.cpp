@@ -62,6 +62,8 @@ nanoseconds CanCycle::first_grid(nanoseconds earliest) const noexcept {
 
 void CanCycle::prepare() noexcept {
   if (!present_->open) return;
+  // After an absence, cycle() judges the period, because its outputs have come too late.
+  if (clock_.now() - present_->start.grid >= 2 * period_) return;
   work_->go_on();
   // What is missing may come until SYNC is sent.
   if (receive()) {
@@ -72,6 +74,7 @@ void CanCycle::prepare() noexcept {
 }
 
 void CanCycle::cycle(const rt::CycleStart& start) noexcept {
+  if (start.missed > 0 && record_.cycles() > 0) exchange_->outdate();
   exchange_->send_sync();
   nanoseconds spent{0};
   if (present_->open) {
@@ -115,7 +118,7 @@ void CanCycle::finish() noexcept {
   const auto valid = exchange_->nodes().valid();
   if (motion_ != nullptr) {
     const auto took = std::clamp(period.sync_late + period.round_trip, nanoseconds{0}, period_);
-    motion_->read_inputs(image.inputs(), valid, valid, {}, took, period.sync_late);
+    motion_->read_inputs(image.inputs(), valid, exchange_->nodes().supplied(), {}, took, period.sync_late);
   }
   record_.mark(CyclePhase::kInputs, *work_);
   if (settings_.tasks != nullptr) settings_.tasks->begin(period.start);

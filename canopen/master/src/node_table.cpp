@@ -20,7 +20,8 @@ NodeTable::NodeTable(std::size_t nodes)
     : nodes_(nodes),
       requests_seen_(nodes),
       shared_(std::make_unique<Shared[]>(nodes)),
-      valid_(std::make_unique<bool[]>(nodes)) {}
+      valid_(std::make_unique<bool[]>(nodes)),
+      supplied_(std::make_unique<bool[]>(nodes)) {}
 
 void NodeTable::set_operational(std::size_t node, bool operational) noexcept {
   auto& requested = shared_[node].requested;
@@ -76,6 +77,7 @@ NodeTable::Verdict NodeTable::judge(bool synced) noexcept {
     const bool answered = node.came >= node.due;
     const bool valid = node.in_use && node.sent && answered && (synced || node.due == 0);
     valid_[i] = valid;
+    supplied_[i] = node.in_use && node.sent;
     if (node.in_use && synced) {
       verdict.due += node.due;
       verdict.came += std::min(node.came, node.due);

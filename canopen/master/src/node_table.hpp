@@ -55,6 +55,9 @@ class NodeTable {
   };
   /// Judges all nodes. `synced`: SYNC was sent, so that answers are due.
   [[nodiscard]] Verdict judge(bool synced) noexcept;
+  /// By node: in use, and its outputs of the period judged last were sent. On CAN a frame that was sent has arrived,
+  /// because the adapter repeats it until it is acknowledged: an answer that is missing says nothing about it.
+  [[nodiscard]] std::span<const bool> supplied() const noexcept { return {supplied_.get(), nodes_.size()}; }
   /// By node: valid in the period judged last.
   [[nodiscard]] std::span<const bool> valid() const noexcept { return {valid_.get(), nodes_.size()}; }
   /// @}
@@ -74,6 +77,7 @@ class NodeTable {
   std::vector<std::uint32_t> requests_seen_;
   std::unique_ptr<Shared[]> shared_;
   std::unique_ptr<bool[]> valid_;
+  std::unique_ptr<bool[]> supplied_;
 };
 
 }  // namespace driveline::canopen

@@ -51,9 +51,18 @@ ProcessExchange::ProcessExchange(CanPort& port, rt::Clock& clock, const MasterPl
   }
 }
 
+void ProcessExchange::outdate() noexcept {
+  outputs_.outdate();
+  withheld_ = 0;
+}
+
 void ProcessExchange::send_sync() noexcept {
   next_ = {};
-  next_.tried = true;
+  if (outputs_.outdated() && withheld_ < kMostWithheld) {
+    ++withheld_;
+    outputs_.outdate();  // what was sent for this SYNC has come for nothing
+    return;
+  }
   const auto now = clock_.now();
   if (port_.send(sync_frame_) == SendStatus::kSent) {
     next_.at = now;
@@ -136,7 +145,7 @@ void ProcessExchange::send(bool outputs) noexcept {
   auto left = room();
   if (outputs) {
     const auto unsent = outputs_.unsent();
-    bits_ += outputs_.send_with_sync(port_);
+    bits_ += outputs_.send_with_sync(port_, sync_.has_value());
     counters_.rpdos_unsent.add(outputs_.unsent() - unsent);
   }
   send_heartbeat(left);
@@ -153,13 +162,16 @@ void ProcessExchange::send_heartbeat(PeriodRoom& room) noexcept {
   bits_ += bit_count(heartbeat_.frame);
 }
 
+/// What waited for the end of bus off would be answered when nobody expects it any more: it is lost, as the frames in
+/// the adapter are.
 void ProcessExchange::send_acyclic(PeriodRoom& room) noexcept {
+  const bool bus_off = port_statistics_.state == BusState::kBusOff;
   while (const Frame* frame = acyclic_.next()) {
     auto needed = worst_frame_bits(frame->payload().size());
     if (frame->identifier.extended) needed = 2 * kLongestFrameBits;
     if (is_answered(*frame)) needed += kLongestFrameBits;
     if (!room.fits(needed)) return;
-    const auto status = port_.send(*frame);
+    const auto status = bus_off ? SendStatus::kDown : port_.send(*frame);
     if (status == SendStatus::kBusy) return;
     if (status == SendStatus::kSent) {
       room.use(needed);

@@ -21,6 +21,8 @@ class ProcessExchange {
  public:
   /// Frames that one cycle takes: those of four of the shortest periods at 1 Mbit/s. More wait for the next cycle.
   static constexpr std::uint32_t kMostFrames = 128;
+  /// As many periods as the motion bridges: then the axes are being stopped, and drives need SYNC to tell so.
+  static constexpr std::uint32_t kMostWithheld = 8;
 
   /// All but the plan must outlive this.
   ProcessExchange(CanPort& port, rt::Clock& clock, const MasterPlan& plan, PdoImage image, AcyclicChannel& acyclic);
@@ -29,7 +31,11 @@ class ProcessExchange {
   /// \rtsafe
   /// @{
 
-  /// Sends SYNC. Until begin_period() the period before goes on.
+  /// To be called before send_sync() if periods were missed. SYNC would make the drives act on setpoints that have
+  /// waited in them as long (CiA 301 7.2.2.2), so it is withheld until they have new ones, for kMostWithheld periods at
+  /// most. In the period before, nobody has got its outputs.
+  void outdate() noexcept;
+  /// Sends SYNC, unless it is withheld. Until begin_period() the period before goes on.
   void send_sync() noexcept;
   /// Receives what has arrived, up to the answers to a SYNC that has been sent for the next period. Returns whether
   /// all TPDOs that are due in this period are there.
@@ -77,7 +83,6 @@ class ProcessExchange {
 
   /// SYNC sent for the next period.
   struct NextSync {
-    bool tried = false;
     std::optional<std::chrono::nanoseconds> at;
     std::uint32_t bits = 0;
   };
@@ -109,6 +114,7 @@ class ProcessExchange {
   std::chrono::nanoseconds period_;
   std::chrono::nanoseconds grid_{0};
   NextSync next_;
+  std::uint32_t withheld_ = 0;  ///< SYNCs since the last absence
   std::optional<std::chrono::nanoseconds> sync_;
   std::optional<ReceivedFrame> held_;  ///< belongs to the next period
   std::uint64_t bits_ = 0;

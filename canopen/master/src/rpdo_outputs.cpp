@@ -1,6 +1,7 @@
 #include "rpdo_outputs.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "driveline/canopen_master/bus_budget.hpp"
 
@@ -14,10 +15,22 @@ constexpr std::uint16_t kControlWord = 0x6040;
 /// Objects of the drives of a node, from 6000h on, are this far apart (CiA 402-1).
 constexpr std::uint16_t kNextDrive = 0x800;
 
-bool has_control_word(const motion::PdoMapping& mapping) {
-  return std::any_of(mapping.objects.begin(), mapping.objects.end(), [](const motion::MappedObject& object) {
-    return object.index >= kControlWord && (object.index - kControlWord) % kNextDrive == 0;
-  });
+/// The first byte of the first control word; none: there is none.
+std::optional<std::size_t> control_word_at(const motion::PdoMapping& mapping) {
+  std::size_t bits = 0;
+  for (const auto& object : mapping.objects) {
+    if (object.index >= kControlWord && (object.index - kControlWord) % kNextDrive == 0) return bits / 8;
+    bits += object.bits;
+  }
+  return std::nullopt;
+}
+
+/// Whether the control word tells its drive to act on setpoints: Enable operation, without halt (CiA 402-2).
+bool operates(std::span<const std::byte> control_word) noexcept {
+  constexpr std::byte kEnableOperation{0x0F};
+  constexpr std::byte kHalt{0x01};
+  if (control_word.size() < 2) return false;
+  return (control_word[0] & kEnableOperation) == kEnableOperation && (control_word[1] & kHalt) == std::byte{0};
 }
 
 }  // namespace
@@ -32,7 +45,7 @@ RpdoOutputs::RpdoOutputs(const PdoImage& image, NodeTable& nodes)
     rpdo.meter = FrameMeter(place.identifier, place.length);
     rpdo.frame = Frame{{place.identifier, false}};
     rpdo.frame.length = place.length;
-    rpdo.commands = has_control_word(mapping);
+    rpdo.control_word = control_word_at(mapping);
     if (place.exchange == PdoExchange::kOnChange) {
       on_change_[place.node].rpdos.push_back(rpdo);
     } else {
@@ -41,7 +54,7 @@ RpdoOutputs::RpdoOutputs(const PdoImage& image, NodeTable& nodes)
     }
   }
   for (auto& group : on_change_) {
-    std::stable_partition(group.rpdos.begin(), group.rpdos.end(), [](const Rpdo& rpdo) { return !rpdo.commands; });
+    std::stable_partition(group.rpdos.begin(), group.rpdos.end(), [](const Rpdo& rpdo) { return !rpdo.control_word; });
   }
 }
 
@@ -56,22 +69,46 @@ SendStatus RpdoOutputs::send(CanPort& port, Rpdo& rpdo, std::uint32_t& bits) noe
   return status;
 }
 
-std::uint32_t RpdoOutputs::send_with_sync(CanPort& port) noexcept {
+std::uint32_t RpdoOutputs::send_with_sync(CanPort& port, bool synced) noexcept {
   std::uint32_t bits = 0;
+  for (auto& group : on_change_) {
+    const bool supplied = std::exchange(group.supplied, true);
+    group.current = synced && supplied;
+  }
   for (auto& rpdo : with_sync_) {
     if (!nodes_[rpdo.place.node].in_use) continue;
-    if (send(port, rpdo, bits) == SendStatus::kSent) continue;
+    if (send(port, rpdo, bits) == SendStatus::kSent) {
+      rpdo.outdated = false;
+      continue;
+    }
     nodes_.note_unsent(rpdo.place.node);
+    on_change_[rpdo.place.node].supplied = false;
     ++unsent_;
   }
   return bits;
 }
 
-bool RpdoOutputs::due(const Rpdo& rpdo, Reason reason, nanoseconds now) const noexcept {
+void RpdoOutputs::outdate() noexcept {
+  outdated_ = true;
+  for (auto& rpdo : with_sync_) {
+    rpdo.outdated = true;
+    nodes_[rpdo.place.node].sent = false;
+  }
+}
+
+bool RpdoOutputs::outdated() noexcept {
+  outdated_ = outdated_ && std::any_of(with_sync_.begin(), with_sync_.end(), [this](const Rpdo& rpdo) {
+                return rpdo.outdated && nodes_[rpdo.place.node].in_use;
+              });
+  return outdated_;
+}
+
+bool RpdoOutputs::due(const Rpdo& rpdo, const Group& group, const Pass& pass) const noexcept {
   if (!nodes_[rpdo.place.node].in_use) return false;
-  if (reason == Reason::kResend) return now - rpdo.sent_at >= rpdo.place.resend;
   const auto bytes = content(rpdo);
-  return rpdo.forced || !std::equal(bytes.begin(), bytes.end(), rpdo.frame.data.begin());
+  const bool changed = rpdo.forced || !std::equal(bytes.begin(), bytes.end(), rpdo.frame.data.begin());
+  if (changed && !group.current && rpdo.control_word && operates(bytes.subspan(*rpdo.control_word))) return false;
+  return pass.reason == Reason::kResend ? pass.now - rpdo.sent_at >= rpdo.place.resend : changed;
 }
 
 /// Returns false if an RPDO that is due could not be sent.
@@ -79,8 +116,8 @@ bool RpdoOutputs::send_due(Group& group, Pass& pass) noexcept {
   bool others_changed = false;
   bool command_waits = false;
   for (auto& rpdo : group.rpdos) {
-    if (!due(rpdo, pass.reason, pass.now)) continue;
-    if (rpdo.commands && others_changed && !group.waited) {
+    if (!due(rpdo, group, pass)) continue;
+    if (rpdo.control_word && others_changed && !group.waited) {
       command_waits = true;
       continue;
     }

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "driveline/canopen_master/pdo_image.hpp"
@@ -18,15 +19,22 @@ class RpdoOutputs {
   /// Both must outlive this. Adds the bits of RPDOs with SYNC to the nodes.
   RpdoOutputs(const PdoImage& image, NodeTable& nodes);
 
-  /// Sends those that are due in every period; those that the port does not take are not repeated. Returns the bits
-  /// sent.
-  [[nodiscard]] std::uint32_t send_with_sync(CanPort& port) noexcept;
+  /// Sends those that are due in every period; those that the port does not take are not repeated. `synced`: SYNC was
+  /// sent in this period, so that the nodes act on those of the period before. Returns the bits sent.
+  [[nodiscard]] std::uint32_t send_with_sync(CanPort& port, bool synced) noexcept;
   /// Sends those on change that are due, as far as the period has room: those of a node that has come into use and
   /// those that have changed before those that are only repeated, and the nodes in turn. What is not sent stays due.
   /// A control word that has changed together with other RPDOs of its node follows them in the next period, because it
   /// may tell that a new target is there, and a drive may apply all RPDOs of a period at once (CiA 402-2: bit 4 of
-  /// 6040h). Returns the bits sent.
+  /// 6040h). A changed one by which a drive begins to act on setpoints waits until the node acts on those of the last
+  /// period: they may be missing there, or wait for SYNC. One that stops a drive waits for nothing. Returns the bits
+  /// sent.
   [[nodiscard]] std::uint32_t send_on_change(CanPort& port, std::chrono::nanoseconds now, PeriodRoom& room) noexcept;
+  /// To be called behind an absence of the cycle, before the period before it is judged: what waits in the nodes for
+  /// SYNC is as old as the absence. Those nodes have not got their outputs, and count as not sent to.
+  void outdate() noexcept;
+  /// Whether outputs that are out of date still wait in a node in use.
+  [[nodiscard]] bool outdated() noexcept;
   /// RPDOs with SYNC that the port did not take.
   [[nodiscard]] std::uint64_t unsent() const noexcept { return unsent_; }
 
@@ -34,15 +42,18 @@ class RpdoOutputs {
   struct Rpdo {
     PdoPlace place;
     FrameMeter meter;
-    Frame frame;                         ///< sent last
-    std::chrono::nanoseconds sent_at{};  ///< on change
-    bool forced = true;                  ///< on change: due whatever its content is
-    bool commands = false;               ///< has a control word
+    Frame frame;                                ///< sent last
+    std::chrono::nanoseconds sent_at{};         ///< on change
+    bool forced = true;                         ///< on change: due whatever its content is
+    bool outdated = false;                      ///< with SYNC: sent before an absence, and not again
+    std::optional<std::size_t> control_word{};  ///< its first byte
   };
   /// The RPDOs on change of a node; those with a control word are the last ones.
   struct Group {
     std::vector<Rpdo> rpdos;
-    bool waited = false;  ///< a control word has waited for a period
+    bool waited = false;   ///< a control word has waited for a period
+    bool supplied = true;  ///< every RPDO with SYNC of the node was sent in the last period
+    bool current = true;   ///< SYNC has made the node act on them
   };
   /// Why an RPDO is due.
   enum class Reason : std::uint8_t { kChange, kResend };
@@ -50,7 +61,6 @@ class RpdoOutputs {
   [[nodiscard]] std::span<const std::byte> content(const Rpdo& rpdo) const noexcept {
     return image_.outputs().subspan(rpdo.place.offset, rpdo.place.length);
   }
-  [[nodiscard]] bool due(const Rpdo& rpdo, Reason reason, std::chrono::nanoseconds now) const noexcept;
   [[nodiscard]] SendStatus send(CanPort& port, Rpdo& rpdo, std::uint32_t& bits) noexcept;
   /// What a pass over the RPDOs on change needs.
   struct Pass {
@@ -60,12 +70,14 @@ class RpdoOutputs {
     Reason reason;
     std::uint32_t bits = 0;
   };
+  [[nodiscard]] bool due(const Rpdo& rpdo, const Group& group, const Pass& pass) const noexcept;
   [[nodiscard]] bool send_due(Group& group, Pass& pass) noexcept;
 
   const PdoImage& image_;
   NodeTable& nodes_;
   std::vector<Rpdo> with_sync_;
   std::vector<Group> on_change_;  ///< by node
+  bool outdated_ = false;         ///< some RPDO with SYNC may be out of date
   std::size_t turn_ = 0;          ///< node that is looked at first
   std::uint64_t unsent_ = 0;
 };

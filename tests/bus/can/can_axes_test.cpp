@@ -217,6 +217,19 @@ INSTANTIATE_TEST_SUITE_P(
                             0, 3}),
     [](const auto& row) { return row.param.what; });
 
+// The drives have their setpoints, and go on.
+TEST(CanAxes, AnswersThatAreLostDoNotHoldUpThePath) {
+  CanPathLine line;
+  for (int n = 0; n < 60; ++n) line.judged_cycle();
+  line.port().lose_received = [](const Frame& f) { return is_tpdo(f, 5) || is_tpdo(f, 6); };
+  for (int n = 0; n < 4; ++n) line.judged_cycle();
+  line.port().lose_received = nullptr;
+  ASSERT_TRUE(line.finish()) << to_text(line.motion().phase());
+  EXPECT_EQ(line.finding(), "");
+  EXPECT_EQ(line.statistics().lost_frames, 8U);
+  EXPECT_EQ(line.motion().path_late(), 0ns);
+}
+
 /// Axes that are commanded one by one.
 class CanSingleLine : public CanAxisLine {
  public:

@@ -397,7 +397,8 @@ TEST(CanCycleTest, ANodeThatComesBackGetsItsControlWord) {
   EXPECT_THAT(rig.step(), Not(Contains("204#060007")));
 }
 
-TEST(CanCycleTest, MissedPeriodsReplaceTheOutputsBehindSync) {
+// With SYNC the drives would act on setpoints that have waited in them for three periods.
+TEST(CanCycleTest, BehindMissedPeriodsSetpointsComeBeforeSync) {
   CycleRig rig;
   rig.motion.outputs = outputs(kEnabled);
   static_cast<void>(rig.step());
@@ -407,7 +408,7 @@ TEST(CanCycleTest, MissedPeriodsReplaceTheOutputsBehindSync) {
   rig.prepare(0us);
   rig.motion.resumed = outputs("0F 00 07 99 03 00 00  06 00 07 99 07 00 00");
   rig.motion.calls.clear();
-  EXPECT_THAT(rig.step(300us, 3), ElementsAre("080#", "303#99030000", "304#99070000"));
+  EXPECT_THAT(rig.step(300us, 3), ElementsAre("303#99030000", "304#99070000"));
   ASSERT_EQ(rig.motion.calls.size(), 1U);
   EXPECT_EQ(rig.motion.calls[0].what, "resume");
   EXPECT_EQ(rig.motion.calls[0].cycle, 5);
@@ -420,6 +421,109 @@ TEST(CanCycleTest, MissedPeriodsReplaceTheOutputsBehindSync) {
   EXPECT_EQ(absence.cycle, 5U);
   EXPECT_EQ(absence.effect, motion::AbsenceEffect::kBridged);
   EXPECT_FALSE(rig.cycle.take_absence(absence));
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "303#E8030000", "304#D0070000"));
+  EXPECT_THAT(rig.motion.valid, ElementsAre(false, false)) << "nobody answers without SYNC";
+  EXPECT_EQ(rig.cycle.statistics().lost_frames, 0U);
+  EXPECT_EQ(rig.cycle.counters().syncs_unsent, 0U);
+}
+
+// The setpoints sent behind the last SYNC wait in the drives until the next one: nobody has got them. The motion has to
+// know that before it looks for the way on, so it is told when the cycle knows how long it was away.
+TEST(CanCycleTest, WhatWasSentBeforeMissedPeriodsHasNotReachedTheDrives) {
+  CycleRig rig;
+  rig.motion.outputs = outputs(kEnabled);
+  static_cast<void>(rig.step());
+  rig.both_answer();
+  static_cast<void>(rig.step());
+  rig.both_answer();
+  rig.motion.calls.clear();
+  rig.prepare(-2100us);
+  EXPECT_THAT(rig.motion.calls, IsEmpty()) << "a period too late";
+  static_cast<void>(rig.step(100us, 1));
+  ASSERT_EQ(rig.motion.calls.size(), 3U);
+  EXPECT_EQ(rig.motion.calls[1].what, "update");
+  EXPECT_EQ(rig.motion.calls[2].what, "resume");
+  EXPECT_THAT(rig.motion.valid, ElementsAre(false, false));
+}
+
+TEST(CanCycleTest, SyncWaitsForTheSetpointsOfEveryNodeInUse) {
+  CycleRig rig;
+  static_cast<void>(rig.step());
+  static_cast<void>(rig.step());
+  rig.port.refusals[0x304] = SendStatus::kBusy;
+  EXPECT_THAT(rig.step(0us, 2), ElementsAre("303#00000000"));
+  EXPECT_THAT(rig.step(), ElementsAre("303#00000000"));
+  EXPECT_THAT(rig.step(), ElementsAre("303#00000000"));
+  rig.port.refusals.clear();
+  EXPECT_THAT(rig.step(), ElementsAre("303#00000000", "304#00000000"));
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "303#00000000", "304#00000000"));
+  rig.port.refusals[0x304] = SendStatus::kBusy;
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "303#00000000")) << "without missed periods nothing old waits anywhere";
+  static_cast<void>(rig.step(0us, 2));
+  rig.cycle.set_operational(1, false);
+  EXPECT_THAT(rig.step(), ElementsAre("303#00000000"));
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "303#00000000")) << "a node that is not in use";
+}
+
+TEST(CanCycleTest, SyncWaitsForNoNodeForEver) {
+  CycleRig rig;
+  static_cast<void>(rig.step());
+  static_cast<void>(rig.step());
+  rig.port.refusals[0x304] = SendStatus::kBusy;
+  EXPECT_THAT(rig.step(0us, 2), Not(Contains("080#")));
+  for (int i = 1; i < 8; ++i) EXPECT_THAT(rig.step(), Not(Contains("080#"))) << i;
+  EXPECT_THAT(rig.step(), Contains("080#"));
+}
+
+// The adapter repeats a frame until it is acknowledged: what was sent has arrived, though its answer is missing.
+TEST(CanCycleTest, AnAnswerThatIsMissingDoesNotMeanThatTheOutputsAre) {
+  CycleRig rig;
+  static_cast<void>(rig.step());
+  static_cast<void>(rig.step());
+  rig.comes(300us, "183#270000010000");
+  static_cast<void>(rig.step());
+  EXPECT_THAT(rig.motion.valid, ElementsAre(true, false));
+  EXPECT_THAT(rig.motion.supplied, ElementsAre(true, true));
+  rig.port.refusals[0x303] = SendStatus::kBusy;
+  static_cast<void>(rig.step());
+  rig.both_answer();
+  static_cast<void>(rig.step());
+  EXPECT_THAT(rig.motion.valid, ElementsAre(false, true));
+  EXPECT_THAT(rig.motion.supplied, ElementsAre(false, true));
+}
+
+// A drive that is switched on begins with the setpoints that it acts on: those must be there. A stop waits for nothing.
+TEST(CanCycleTest, AControlWordThatSwitchesOnWaitsForTheSetpoints) {
+  CycleRig rig;
+  static_cast<void>(rig.step());
+  static_cast<void>(rig.step());
+  rig.port.refusals[0x303] = SendStatus::kBusy;
+  rig.motion.outputs = outputs("0F 00 07 E8 03 00 00  02 00 07 D0 07 00 00");
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "304#D0070000", "203#0F0007", "204#020007")) << "has those of before";
+  rig.motion.outputs = outputs("1F 00 07 E8 03 00 00  0F 00 07 D0 07 00 00");
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "304#D0070000", "204#0F0007"));
+  rig.port.refusals.clear();
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "303#E8030000", "304#D0070000")) << "wait in the drive until SYNC";
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "303#E8030000", "304#D0070000", "203#1F0007"));
+  rig.motion.outputs = outputs("0F 00 07 E8 03 00 00  0F 01 07 D0 07 00 00");
+  EXPECT_THAT(rig.step(0us, 2), ElementsAre("303#E8030000", "304#D0070000", "204#0F0107")) << "halt";
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "303#E8030000", "304#D0070000", "203#0F0007"));
+}
+
+// A request of before bus off would be answered when nobody expects it any more.
+TEST(CanCycleTest, FramesOfTheOwnerDoNotWaitForTheEndOfBusOff) {
+  CycleRig rig;
+  static_cast<void>(rig.step());
+  rig.port.counters.state = BusState::kBusOff;
+  static_cast<void>(rig.step());
+  ASSERT_TRUE(rig.channel.request(Frame::of(0x603, std::array{std::byte{0x40}})));
+  EXPECT_THAT(rig.step(), Not(Contains("603#40")));
+  rig.port.counters.state = BusState::kErrorActive;
+  static_cast<void>(rig.step());
+  EXPECT_THAT(rig.step(), Not(Contains("603#40")));
+  EXPECT_EQ(rig.cycle.counters().acyclic_unsent, 1U);
+  ASSERT_TRUE(rig.channel.request(Frame::of(0x603, std::array{std::byte{0x40}})));
+  EXPECT_THAT(rig.step(), Contains("603#40"));
 }
 
 // The suspended thread had not prepared anything: the answers to its last SYNC come first.

@@ -72,11 +72,11 @@ class ToldMotion final : public motion::MotionControl {
     std::int64_t missed = 0;
   };
 
-  void read_inputs(std::span<const std::byte> image, std::span<const bool> now_valid,
-                   std::span<const bool> /*operational*/, std::span<const bool> /*fresh*/, nanoseconds took,
-                   nanoseconds late) noexcept override {
+  void read_inputs(std::span<const std::byte> image, std::span<const bool> now_valid, std::span<const bool> operational,
+                   std::span<const bool> /*fresh*/, nanoseconds took, nanoseconds late) noexcept override {
     inputs.assign(image.begin(), image.end());
     valid.assign(now_valid.begin(), now_valid.end());
+    supplied.assign(operational.begin(), operational.end());
     last_took = took;
     last_late = late;
     calls.push_back({"read"});
@@ -99,6 +99,7 @@ class ToldMotion final : public motion::MotionControl {
   std::optional<std::vector<std::byte>> resumed;
   std::vector<std::byte> inputs;
   std::vector<bool> valid;
+  std::vector<bool> supplied;  ///< have taken their outputs
   nanoseconds last_took{};
   nanoseconds last_late{};
   std::vector<Call> calls;

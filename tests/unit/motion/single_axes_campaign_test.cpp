@@ -273,8 +273,7 @@ class Sequence {
     }
     const bool lost = lost_ > 0;
     const std::array<bool, kAxes> valid{!lost, !lost, !lost};
-    const std::array<bool, kAxes> operational{true, true, true};
-    axes_.read_inputs(inputs_, valid, operational, {}, {});
+    axes_.read_inputs(inputs_, valid, valid, {}, {});
     axes_.update(cycle_++, outputs_);
     trace_.add_bytes(outputs_);
     for (std::size_t i = 0; i < kAxes; ++i) moved_ += axes_.axis_report(i).state > PlcopenState::kStandstill ? 1U : 0U;

@@ -162,7 +162,8 @@ void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool>
     if (ok || lost(i)) axes_[i].read_inputs(image, ok, now, late);
     const bool in_op = alone || operational[slave];
     if (ok && !in_op) axes_[i].set_unavailable();
-    supplies_[i].given.set_reached(ok && in_op, now);
+    // A bus may know that a drive took its outputs though the answer is missing.
+    supplies_[i].given.set_reached(in_op, now);
   }
 }
 

@@ -39,7 +39,8 @@ void SingleAxis::read_inputs(std::span<const std::byte> image, bool valid, bool 
   // Single bad exchanges are bridged with the inputs of the last good one.
   if (valid || lost()) axis_->read_inputs(image, valid, fresh, late);
   if (valid && !operational) axis_->set_unavailable();
-  supply_.set_reached(valid && operational, fresh);
+  // A bus may know that a drive took its outputs though the answer is missing.
+  supply_.set_reached(operational, fresh);
 }
 
 void SingleAxis::begin_cycle(std::int64_t cycle, std::chrono::nanoseconds took) noexcept {
