@@ -128,8 +128,10 @@ void NodeSupervisor::judge_state(NmtState state, nanoseconds time) {
 
 void NodeSupervisor::recover(BootFrom from, nanoseconds now) {
   if (!watching_) return;
-  watch_.end();
-  if (!settings_.recover && view_.phase != NodePhase::kNotSeen) {
+  const bool given_up = !settings_.recover && view_.phase != NodePhase::kNotSeen;
+  // A node that goes on watches the master, too: without remote frames its life guarding would run out.
+  if (given_up || from != BootFrom::kRunning) watch_.end();
+  if (given_up) {
     view_.phase = NodePhase::kLost;
     deadline_ = nanoseconds::max();
     return;
@@ -202,6 +204,7 @@ void NodeSupervisor::advance_boot(nanoseconds now) {
 void NodeSupervisor::boot_failed(nanoseconds now) {
   const auto& error = *boot_.error();
   const bool absent = error.kind == NodeErrorKind::kAbsent;
+  watch_.end();
   deadline_ = now + settings_.retry_pause;
   view_.error = error;
   if (absent && !seen_ && plan().optional) {

@@ -213,6 +213,19 @@ TEST_F(CanMasterTest, ADriveWithNodeGuardingIsWatchedAndWatches) {
   EXPECT_EQ(emergencies(5), before) << "life guarding is off";
 }
 
+// A node that is compared and started again watches its master meanwhile.
+TEST_F(CanMasterTest, AGuardedNodeIsGuardedWhileItIsConfiguredAgain) {
+  auto& control = plan.nodes[2].error_control;
+  control = {};
+  control.guard_time = 20ms;
+  control.life_time_factor = 3;
+  operate();
+  tool.send_at(clock.now() + 5ms, NmtRequest{NmtCommand::kEnterPreOperational, 5}.frame());
+  master->pass(2s);
+  EXPECT_THAT(take_events(), ElementsAre(Kind::kOtherMaster, Kind::kWrongState, Kind::kNodeBack));
+  EXPECT_EQ(emergencies(5), 0) << "it has not missed the master";
+}
+
 TEST_F(CanMasterTest, NothingIsRequestedOfALineThatWasNotBooted) {
   make();
   EXPECT_EQ(master->upload(0, {0x1000, 0}).error().kind, ClientErrorKind::kStopped);
