@@ -10,9 +10,20 @@ namespace {
 /// Maximum change of a steady rise from period to period, as a multiple of the change that the rate limit allows:
 /// controllers have larger limits.
 constexpr double kSteady = 2.0;
+/// Change of speed in a period that counts as a leap, as a multiple of the one that the rate limit allows. Samples are
+/// whole increments, so that a controller that uses all of the rate limit asks for a little more: at 2 ms and 2^20
+/// increments per turn the change of two rises is up to two increments beyond it, 6 mrad/s, 0.3 % of that of 1000
+/// rad/s^2. An output that took it for a leap would follow at the same rate, which the curve uses as well: it would be
+/// behind until the curve has its highest speed, and catch up beyond that.
+constexpr double kLeap = 1.01;
 /// Rise, in such changes, above which a double rise cannot be acceleration: twice the rise minus (1 + 2) changes
 /// exceeds the rise plus one change.
 constexpr double kFast = 4.0;
+/// A sample that is late by up to this share of a period is jitter of the bus: a frame that has just begun delays SYNC
+/// on CAN by up to 135 us. The control cycles of a drive are synchronised to the mean of SYNC, so its segments stay
+/// where they are in time, and the next sample is on time again. Otherwise a period would become as much longer, and
+/// the next one as much shorter: at 2 ms the speed would rise by 9 %.
+constexpr std::uint32_t kJitterShare = 8;
 
 }  // namespace
 
@@ -62,16 +73,21 @@ double FineInterpolator::periods_ahead() const noexcept {
 }
 
 void FineInterpolator::start_line(double end) noexcept {
-  polynomial_ = {value_, (end - value_) / period_s_, 0.0, 0.0};
+  const double slope = (end - value_) / ((steps_ - elapsed_) * step_s_);
+  polynomial_ = {value_ - slope * elapsed_ * step_s_, slope, 0.0, 0.0};
 }
 
-/// Starts a cubic from the current value and speed to these in one period. With samples on time this is exactly the
-/// segment of the spline that starts at this knot.
+/// Starts a cubic from the current value and speed to these at the end of the period. With samples on time this is
+/// exactly the segment of the spline that starts at this knot.
 void FineInterpolator::start_cubic(double end, double end_velocity) noexcept {
   const double rise = end - value_;
-  const double t = period_s_;
-  polynomial_ = {value_, velocity_, (3.0 * rise - (2.0 * velocity_ + end_velocity) * t) / (t * t),
-                 ((velocity_ + end_velocity) * t - 2.0 * rise) / (t * t * t)};
+  const double t = (steps_ - elapsed_) * step_s_;
+  const double square = (3.0 * rise - (2.0 * velocity_ + end_velocity) * t) / (t * t);
+  const double cube = ((velocity_ + end_velocity) * t - 2.0 * rise) / (t * t * t);
+  // The coefficients are over the time in the segment, of which a part may have passed.
+  const double past = elapsed_ * step_s_;
+  polynomial_ = {value_ - past * (velocity_ - past * (square - past * cube)),
+                 velocity_ - past * (2.0 * square - past * 3.0 * cube), square - 3.0 * cube * past, cube};
 }
 
 /// Whether to extrapolate a missing sample; not on a curve that stands still at every sample, or without a curve.
@@ -132,9 +148,13 @@ void FineInterpolator::push(double sample, double velocity) noexcept {
     off_time = true;
   }
   last_sample_ = sample;
+  const bool jitter = late && made_up_ > 0 && elapsed_ * kJitterShare <= steps_;
   made_up_ = 0;
-  elapsed_ = 0;
-  if (off_time && leaps()) begin_pursuit();
+  if (!jitter) elapsed_ = 0;
+  if (off_time && leaps()) {
+    elapsed_ = 0;
+    begin_pursuit();
+  }
   start_segment(velocity);
 }
 
@@ -142,10 +162,10 @@ void FineInterpolator::push(double sample, double velocity) noexcept {
 /// next period, or the curve itself has such a change after an extrapolated sample.
 bool FineInterpolator::leaps() const noexcept {
   if (method_ == Method::kNone || method_ == Method::kCosine || !std::isfinite(stop_rate_)) return false;
-  const double most = stop_rate_ * period_s_;
+  const double most = kLeap * stop_rate_ * period_s_;
   const bool ends_at_newest = method_ == Method::kLinear || method_ == Method::kExternal;
   const double end = ends_at_newest ? samples_[0] : samples_[1];
-  if (std::abs((end - output_.position) / period_s_ - output_.velocity) > most) return true;
+  if (std::abs((end - output_.position) / ((steps_ - elapsed_) * step_s_) - output_.velocity) > most) return true;
   if (ends_at_newest) return false;
   const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s_);
   if (std::abs(slope - output_.velocity) > most) return true;

@@ -334,5 +334,57 @@ TEST(FineInterpolator, ReconfigurationKeepsTheOutput) {
   EXPECT_TRUE(std::isfinite(f.value()));
 }
 
+// At 2 ms; the SYNC of the fifth sample is held up by a frame for two control cycles. A period that is as much longer
+// would have 9 % more speed.
+TEST(FineInterpolator, JitterOfTheBusDoesNotChangeTheSpeed) {
+  constexpr std::uint32_t kLong = 32;
+  constexpr double kSpeed = 50.0;
+  constexpr double kRise = kSpeed * kLong * kStep;
+  for (const auto method : {Method::kLinear, Method::kSpline}) {
+    FineInterpolator f;
+    f.set_limits(8, 1000.0);
+    f.configure(method, kLong, kStep);
+    f.reset(0.0, kSpeed);
+    double sample = f.periods_ahead() * kRise;
+    for (int n = 0; n < 12; ++n, sample += kRise) {
+      const std::uint32_t late = n == 5 ? 2 : 0;
+      for (std::uint32_t i = 0; i < late; ++i) f.step();
+      f.push(sample);
+      for (std::uint32_t i = late; i < kLong; ++i) {
+        f.step();
+        ASSERT_NEAR(f.velocity(), kSpeed, 1e-6) << static_cast<int>(method) << ", sample " << n << ", cycle " << i;
+      }
+    }
+  }
+}
+
+// A controller that uses all of the rate limit behind a sample that was missing, with targets that are whole
+// increments: nothing pursues the curve at its own rate, which would stay behind.
+TEST(FineInterpolator, AllOfTheRateLimitIsNoLeap) {
+  constexpr std::uint32_t kLong = 32;
+  constexpr double kRate = 1000.0;
+  constexpr double kLongPeriod = kLong * kStep;
+  constexpr double kIncrement = 6.283185307179586 / 1048576.0;
+  for (int part = 0; part < 16; ++part) {
+    const auto position = [part](int n) {
+      const double t = std::max(n - 7, 0) * kLongPeriod;
+      const double exact = (20.0 * n * kLongPeriod + 0.5 * kRate * t * t) / kIncrement;
+      return std::round(exact + part / 16.0) * kIncrement;
+    };
+    FineInterpolator f;
+    f.set_limits(8, kRate);
+    f.configure(Method::kSpline, kLong, kStep);
+    f.reset(0.0, 20.0);
+    FineInterpolator all = f;
+    for (int n = 0; n < 24; ++n) {
+      all.push(position(n + 2));
+      if (n != 5) f.push(position(n + 2));  // the last one of the straight motion
+      run(f, kLong);
+      run(all, kLong);
+    }
+    EXPECT_NEAR(f.value(), all.value(), 1e-6) << part;
+  }
+}
+
 }  // namespace
 }  // namespace driveline::slaves::msd
