@@ -9,6 +9,9 @@ namespace {
 
 /// Time until a new zero, or the end of a movement, also shows in the positions.
 constexpr std::chrono::milliseconds kDriveSettling{5};
+/// Exchanges until a report is newer than a command: one until it is sent, on CAN one more behind a target and one
+/// until SYNC, and the answer.
+constexpr int kUntilReported = 4;
 
 }  // namespace
 
@@ -93,8 +96,9 @@ bool SingleAxis::swings() noexcept {
 /// Waits until the drive has reported standstill for a while: its first report may be older than the end of the
 /// movement.
 void SingleAxis::watch_interruption() noexcept {
-  if (swings() || !axis_->drive().stands_still()) still_since_ = cycle_;
-  if (time_since(still_since_) >= kDriveSettling) return leave_drive_mode();
+  if (swings() || !axis_->drive().stands_still() || !exchanged_) still_since_ = cycle_;
+  const auto settling = std::max<std::chrono::nanoseconds>(kDriveSettling, kUntilReported * settings_.period);
+  if (time_since(still_since_) >= settling) return leave_drive_mode();
   if (exceeded(drive_since_, settings_.quick_stop_time))
     fail(homes() ? AxisError::kHomingTimeout : AxisError::kTargetTimeout);
 }
