@@ -44,11 +44,12 @@ NodePlan node_plan(std::size_t axis, const CanAxesOptions& options) {
     pdos.outputs.push_back({0x1602, {{0x607A, 0, 32}, {0x6081, 0, 32}}});
     pdos.outputs.push_back({0x1603, {{0x60FF, 0, 32}, {0x6083, 0, 32}}});
   }
+  if (options.velocity) pdos.inputs.push_back({0x1A02, {{0x606C, 0, 32}}});
   NodePlan node;
   node.name = "axis" + std::to_string(axis);
   node.id = static_cast<std::uint8_t>(kFirstNode + axis);
   node.rpdos = plans_of(pdos.outputs, 0x1600, {2});
-  node.tpdos = plans_of(pdos.inputs, 0x1A00, {1});
+  node.tpdos = plans_of(pdos.inputs, 0x1A00, {1, 3});
   node.startup_sdos = {motion::startup_sdo(0x1006, 0, static_cast<std::uint32_t>(options.period / microseconds{1}))};
   // P 306, the cycle of the setpoints in ms, which must be that of 1006h and 60C2h (MSD manual 7.4.2); P 370, the cubic
   // spline; P 1516, the inertia for the feed-forward.

@@ -64,6 +64,7 @@ struct CanAxesOptions {
   std::vector<motion::StartupSdo> startup{};           ///< of every drive, besides those of its axis
   std::vector<slaves::msd::MachineSwitch> switches{};  ///< of every drive
   bool profile = false;                                ///< PDOs of the profile modes, too
+  bool velocity = false;                               ///< the actual velocity with SYNC, in TPDO 3
   bool single_axes = false;                            ///< each axis by its requests, instead of along the path
   std::optional<double> setpoint_delay_cycles{};       ///< none: can_setpoint_delay_cycles()
   trajectory::AxisLimits limits{200.0, 2000.0};        ///< of every axis
