@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "driveline/canopen_master/bus_budget.hpp"
-#include "driveline/canopen_wire/frame_bits.hpp"
+#include "driveline/canopen_wire/frame_meter.hpp"
 #include "driveline/canopen_wire/nmt.hpp"
 #include "driveline/canopen_wire/sync.hpp"
 
@@ -83,29 +83,22 @@ void ProcessExchange::begin_period(nanoseconds grid) noexcept {
   inputs_.begin_period(sync_);
 }
 
-bool ProcessExchange::is_of_next_period(const ReceivedFrame& received) const noexcept {
-  return next_.at && inputs_.answers_each_sync(received.frame) &&
-         received.time >= inputs_.earliest_answer(received.frame, *next_.at);
-}
-
 void ProcessExchange::dispatch(const ReceivedFrame& received) noexcept {
-  switch (inputs_.kind_of(received.frame)) {
-    case TpdoInputs::Kind::kTpdo:
-      if (is_of_next_period(received)) {
-        held_ = received;
-      } else {
-        inputs_.take(received);
-      }
-      return;
-    case TpdoInputs::Kind::kOwn:
-      ++foreign_;
-      counters_.foreign.add();
-      acyclic_.deliver(received);  // the owner tells of it
-      break;
-    case TpdoInputs::Kind::kOther:
-      acyclic_.deliver(received);
-      break;
+  const auto place = inputs_.place_of(received.frame);
+  if (place < TpdoInputs::kOwn) {
+    // Of the next period if its SYNC has been sent.
+    if (next_.at && inputs_.answers(place, received, *next_.at)) {
+      held_ = received;
+    } else {
+      inputs_.take(place, received);
+    }
+    return;
   }
+  if (place == TpdoInputs::kOwn) {
+    ++foreign_;
+    counters_.foreign.add();
+  }
+  acyclic_.deliver(received);  // the owner tells of foreign ones, too
   if (received.frame.kind != FrameKind::kError) bits_ += bit_count(received.frame);
 }
 

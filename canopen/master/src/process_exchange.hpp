@@ -76,7 +76,6 @@ class ProcessExchange {
 
  private:
   void dispatch(const ReceivedFrame& received) noexcept;
-  [[nodiscard]] bool is_of_next_period(const ReceivedFrame& received) const noexcept;
   [[nodiscard]] PeriodRoom room() const noexcept;
   void send_heartbeat(PeriodRoom& room) noexcept;
   void send_acyclic(PeriodRoom& room) noexcept;

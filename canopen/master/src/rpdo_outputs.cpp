@@ -42,9 +42,9 @@ RpdoOutputs::RpdoOutputs(const PdoImage& image, NodeTable& nodes)
     const auto& mapping = image.configuration(place.node).outputs[seen[place.node]++];
     Rpdo rpdo;
     rpdo.place = place;
-    rpdo.meter = FrameMeter(place.identifier, place.length);
     rpdo.frame = Frame{{place.identifier, false}};
     rpdo.frame.length = place.length;
+    rpdo.meter = FrameMeter(rpdo.frame);
     rpdo.control_word = control_word_at(mapping);
     if (place.exchange == PdoExchange::kOnChange) {
       on_change_[place.node].rpdos.push_back(rpdo);
@@ -58,15 +58,15 @@ RpdoOutputs::RpdoOutputs(const PdoImage& image, NodeTable& nodes)
   }
 }
 
-SendStatus RpdoOutputs::send(CanPort& port, Rpdo& rpdo, std::uint32_t& bits) noexcept {
+/// False: the port did not take it, and the frame stays the one that was sent last.
+bool RpdoOutputs::send_new(CanPort& port, Rpdo& rpdo, std::uint32_t& bits) const noexcept {
   const auto bytes = content(rpdo);
   Frame frame = rpdo.frame;
   std::copy(bytes.begin(), bytes.end(), frame.data.begin());
-  const auto status = port.send(frame);
-  if (status != SendStatus::kSent) return status;
+  if (port.send(frame) != SendStatus::kSent) return false;
   rpdo.frame = frame;
   bits += rpdo.meter.bits(bytes);
-  return status;
+  return true;
 }
 
 std::uint32_t RpdoOutputs::send_with_sync(CanPort& port, bool synced) noexcept {
@@ -77,7 +77,10 @@ std::uint32_t RpdoOutputs::send_with_sync(CanPort& port, bool synced) noexcept {
   }
   for (auto& rpdo : with_sync_) {
     if (!nodes_[rpdo.place.node].in_use) continue;
-    if (send(port, rpdo, bits) == SendStatus::kSent) {
+    const auto bytes = content(rpdo);
+    std::copy(bytes.begin(), bytes.end(), rpdo.frame.data.begin());
+    if (port.send(rpdo.frame) == SendStatus::kSent) {
+      bits += rpdo.meter.bits(bytes);
       rpdo.outdated = false;
       continue;
     }
@@ -103,8 +106,8 @@ bool RpdoOutputs::outdated() noexcept {
   return outdated_;
 }
 
+/// Of a node in use.
 bool RpdoOutputs::due(const Rpdo& rpdo, const Group& group, const Pass& pass) const noexcept {
-  if (!nodes_[rpdo.place.node].in_use) return false;
   const auto bytes = content(rpdo);
   const bool changed = rpdo.forced || !std::equal(bytes.begin(), bytes.end(), rpdo.frame.data.begin());
   if (changed && !group.current && rpdo.control_word && operates(bytes.subspan(*rpdo.control_word))) return false;
@@ -112,7 +115,12 @@ bool RpdoOutputs::due(const Rpdo& rpdo, const Group& group, const Pass& pass) co
 }
 
 /// Returns false if an RPDO that is due could not be sent.
-bool RpdoOutputs::send_due(Group& group, Pass& pass) noexcept {
+bool RpdoOutputs::send_due(std::size_t node, Pass& pass) noexcept {
+  auto& group = on_change_[node];
+  if (!nodes_[node].in_use) {
+    group.waited = false;
+    return true;
+  }
   bool others_changed = false;
   bool command_waits = false;
   for (auto& rpdo : group.rpdos) {
@@ -122,7 +130,7 @@ bool RpdoOutputs::send_due(Group& group, Pass& pass) noexcept {
       continue;
     }
     const auto needed = worst_frame_bits(rpdo.place.length);
-    if (!pass.room.fits(needed) || send(pass.port, rpdo, pass.bits) != SendStatus::kSent) return false;
+    if (!pass.room.fits(needed) || !send_new(pass.port, rpdo, pass.bits)) return false;
     pass.room.use(needed);
     // A node that has come into use gets all of them, and none tells of another.
     others_changed = others_changed || (pass.reason == Reason::kChange && !rpdo.forced);
@@ -142,8 +150,9 @@ std::uint32_t RpdoOutputs::send_on_change(CanPort& port, nanoseconds now, Period
   for (const auto reason : {Reason::kChange, Reason::kResend}) {
     pass.reason = reason;
     for (std::size_t i = 0; i < on_change_.size(); ++i) {
-      const auto node = (turn_ + i) % on_change_.size();
-      if (send_due(on_change_[node], pass)) continue;
+      const auto behind = turn_ + i;
+      const auto node = behind < on_change_.size() ? behind : behind - on_change_.size();
+      if (send_due(node, pass)) continue;
       turn_ = node;
       return pass.bits;
     }

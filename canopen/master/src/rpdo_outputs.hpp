@@ -7,7 +7,7 @@
 
 #include "driveline/canopen_master/pdo_image.hpp"
 #include "driveline/canopen_port/can_port.hpp"
-#include "frame_meter.hpp"
+#include "driveline/canopen_wire/frame_meter.hpp"
 #include "node_table.hpp"
 #include "period_room.hpp"
 
@@ -61,7 +61,7 @@ class RpdoOutputs {
   [[nodiscard]] std::span<const std::byte> content(const Rpdo& rpdo) const noexcept {
     return image_.outputs().subspan(rpdo.place.offset, rpdo.place.length);
   }
-  [[nodiscard]] SendStatus send(CanPort& port, Rpdo& rpdo, std::uint32_t& bits) noexcept;
+  [[nodiscard]] bool send_new(CanPort& port, Rpdo& rpdo, std::uint32_t& bits) const noexcept;
   /// What a pass over the RPDOs on change needs.
   struct Pass {
     CanPort& port;
@@ -71,7 +71,7 @@ class RpdoOutputs {
     std::uint32_t bits = 0;
   };
   [[nodiscard]] bool due(const Rpdo& rpdo, const Group& group, const Pass& pass) const noexcept;
-  [[nodiscard]] bool send_due(Group& group, Pass& pass) noexcept;
+  [[nodiscard]] bool send_due(std::size_t node, Pass& pass) noexcept;
 
   const PdoImage& image_;
   NodeTable& nodes_;

@@ -3,23 +3,36 @@
 #include <algorithm>
 
 #include "driveline/canopen_master/bus_budget.hpp"
-#include "driveline/canopen_wire/frame_bits.hpp"
+#include "driveline/canopen_wire/frame_meter.hpp"
 
 namespace driveline::canopen {
 
 using std::chrono::nanoseconds;
 
-TpdoInputs::TpdoInputs(const MasterPlan& plan, PdoImage& image, NodeTable& nodes)
-    : image_(image), nodes_(nodes), bit_rate_(plan.bit_rate) {
-  by_identifier_.fill(kNone);
-  by_identifier_[plan.sync_identifier & Identifier::kBaseMask] = kOwnFrame;
-  for (const auto& rpdo : image.rpdos()) by_identifier_[rpdo.identifier] = kOwnFrame;
+namespace {
+
+/// Neither SYNC nor its answer takes less time than without stuff bits.
+nanoseconds least_answer_time(std::size_t length, std::uint32_t bit_rate) noexcept {
+  constexpr std::int64_t kNanoseconds = 1'000'000'000;
+  const std::int64_t bits = frame_bits(0) + frame_bits(length) - std::uint32_t{kInterframeBits};
+  return nanoseconds{bits * kNanoseconds / bit_rate};
+}
+
+}  // namespace
+
+TpdoInputs::TpdoInputs(const MasterPlan& plan, PdoImage& image, NodeTable& nodes) : image_(image), nodes_(nodes) {
+  for (std::size_t length = 0; length < least_answer_time_.size(); ++length) {
+    least_answer_time_[length] = least_answer_time(length, plan.bit_rate);
+  }
+  by_identifier_.fill(kOther);
+  by_identifier_[plan.sync_identifier & Identifier::kBaseMask] = kOwn;
+  for (const auto& rpdo : image.rpdos()) by_identifier_[rpdo.identifier] = kOwn;
   for (const auto& place : image.tpdos()) {
-    by_identifier_[place.identifier] = static_cast<std::uint16_t>(tpdos_.size());
+    by_identifier_[place.identifier] = static_cast<Place>(tpdos_.size());
     auto& tpdo = tpdos_.emplace_back();
     tpdo.node = place.node;
     tpdo.offset = place.offset;
-    tpdo.meter = FrameMeter(place.identifier, place.length);
+    tpdo.meter = FrameMeter(Frame{{place.identifier, false}, FrameKind::kData, place.length});
     tpdo.length = place.length;
     tpdo.due = place.answers_each_sync();
     auto& node = nodes_[place.node];
@@ -28,22 +41,9 @@ TpdoInputs::TpdoInputs(const MasterPlan& plan, PdoImage& image, NodeTable& nodes
   }
 }
 
-TpdoInputs::Kind TpdoInputs::kind_of(const Frame& frame) const noexcept {
-  if (frame.kind != FrameKind::kData || frame.identifier.extended) return Kind::kOther;
-  const auto place = by_identifier_[frame.identifier.value & Identifier::kBaseMask];
-  if (place == kNone) return Kind::kOther;
-  return place == kOwnFrame ? Kind::kOwn : Kind::kTpdo;
-}
-
-/// Neither SYNC nor its answer takes less time than without stuff bits.
-nanoseconds TpdoInputs::earliest_answer(const Frame& frame, nanoseconds sync) const noexcept {
-  constexpr std::int64_t kNanoseconds = 1'000'000'000;
-  const std::int64_t bits = frame_bits(0) + frame_bits(frame.length) - std::uint32_t{kInterframeBits};
-  return sync + nanoseconds{bits * kNanoseconds / bit_rate_};
-}
-
-bool TpdoInputs::answers_each_sync(const Frame& frame) const noexcept {
-  return tpdos_[by_identifier_[frame.identifier.value & Identifier::kBaseMask]].due;
+TpdoInputs::Place TpdoInputs::place_of(const Frame& frame) const noexcept {
+  if (frame.kind != FrameKind::kData || frame.identifier.extended) return kOther;
+  return by_identifier_[frame.identifier.value & Identifier::kBaseMask];
 }
 
 void TpdoInputs::begin_period(std::optional<nanoseconds> sync) noexcept {
@@ -66,9 +66,9 @@ void TpdoInputs::note_heard(Tpdo& tpdo) noexcept {
   ++node.heard;
 }
 
-void TpdoInputs::take(const ReceivedFrame& received) noexcept {
+void TpdoInputs::take(Place place, const ReceivedFrame& received) noexcept {
   const auto& frame = received.frame;
-  auto& tpdo = tpdos_[by_identifier_[frame.identifier.value & Identifier::kBaseMask]];
+  auto& tpdo = tpdos_[place];
   const auto payload = frame.payload();
   const bool as_planned = payload.size() == tpdo.length;
   tally_.bits += as_planned ? tpdo.meter.bits(payload) : bit_count(frame);

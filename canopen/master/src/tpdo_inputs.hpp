@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdint>
@@ -8,7 +9,7 @@
 
 #include "driveline/canopen_master/pdo_image.hpp"
 #include "driveline/canopen_port/can_port.hpp"
-#include "frame_meter.hpp"
+#include "driveline/canopen_wire/frame_meter.hpp"
 #include "node_table.hpp"
 
 namespace driveline::canopen {
@@ -16,12 +17,10 @@ namespace driveline::canopen {
 /// Takes the TPDOs of a line into the image, and tells which of them answer the last SYNC. \rtsafe but the constructor.
 class TpdoInputs {
  public:
-  /// What a frame is to the process data.
-  enum class Kind : std::uint8_t {
-    kTpdo,   ///< a TPDO of the line
-    kOwn,    ///< a frame that only this master sends: SYNC or an RPDO
-    kOther,  ///< none of them
-  };
+  /// What a frame is to the process data: the place of a TPDO, or one of these.
+  using Place = std::uint16_t;
+  static constexpr Place kOther = 0xFFFF;  ///< none of them
+  static constexpr Place kOwn = 0xFFFE;    ///< a frame that only this master sends: SYNC or an RPDO
   /// Counters of a period.
   struct Tally {
     std::uint32_t wrong_length = 0;    ///< TPDOs that were too short
@@ -35,17 +34,16 @@ class TpdoInputs {
   TpdoInputs(const MasterPlan& plan, PdoImage& image, NodeTable& nodes);
 
   /// What a frame is.
-  [[nodiscard]] Kind kind_of(const Frame& frame) const noexcept;
-  /// When the earliest frame with these inputs can have come that answers a SYNC sent at `sync`.
-  [[nodiscard]] std::chrono::nanoseconds earliest_answer(const Frame& frame,
-                                                         std::chrono::nanoseconds sync) const noexcept;
-  /// Whether the frame is a TPDO that is due after each SYNC. Precondition: its kind is kTpdo.
-  [[nodiscard]] bool answers_each_sync(const Frame& frame) const noexcept;
+  [[nodiscard]] Place place_of(const Frame& frame) const noexcept;
+  /// Whether the TPDO at this place is due after each SYNC, and can answer one that was sent at `sync`.
+  [[nodiscard]] bool answers(Place place, const ReceivedFrame& received, std::chrono::nanoseconds sync) const noexcept {
+    return tpdos_[place].due && received.time >= earliest_answer(received.frame, sync);
+  }
 
   /// Begins the period of a SYNC that was sent at this time; none: it was not sent.
   void begin_period(std::optional<std::chrono::nanoseconds> sync) noexcept;
-  /// Takes a frame of kind kTpdo.
-  void take(const ReceivedFrame& received) noexcept;
+  /// Takes a frame of the TPDO at this place.
+  void take(Place place, const ReceivedFrame& received) noexcept;
   /// Remembers what is missing, so that it counts as late when it comes. To be called when the period is judged.
   void end_period(bool synced) noexcept;
   /// Counters of this period.
@@ -64,18 +62,21 @@ class TpdoInputs {
     bool missing = false;                                                ///< it did not come in an earlier period
     std::uint32_t heard_in = std::numeric_limits<std::uint32_t>::max();  ///< NodeTable::Node::sojourn when it came last
   };
-  static constexpr std::uint16_t kNone = 0xFFFF;
-  static constexpr std::uint16_t kOwnFrame = 0xFFFE;
 
+  [[nodiscard]] std::chrono::nanoseconds earliest_answer(const Frame& frame,
+                                                         std::chrono::nanoseconds sync) const noexcept {
+    return sync + least_answer_time_[std::min<std::size_t>(frame.length, Frame::kMaxLength)];
+  }
   void note_stale(Tpdo& tpdo) noexcept;
   void note_heard(Tpdo& tpdo) noexcept;
 
   PdoImage& image_;
   NodeTable& nodes_;
-  std::uint32_t bit_rate_;
+  /// From a SYNC to the end of the answer, at least, by its length.
+  std::array<std::chrono::nanoseconds, Frame::kMaxLength + 1> least_answer_time_;
   std::vector<Tpdo> tpdos_;
-  std::array<std::uint16_t, Identifier::kBaseMask + 1> by_identifier_;  ///< place in tpdos_, kNone or kOwnFrame
-  std::optional<std::chrono::nanoseconds> sync_;                        ///< time of the SYNC of this period
+  std::array<Place, Identifier::kBaseMask + 1> by_identifier_;
+  std::optional<std::chrono::nanoseconds> sync_;  ///< time of the SYNC of this period
   Tally tally_;
 };
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "can/frame_printer.hpp"
-#include "driveline/canopen_wire/frame_bits.hpp"
+#include "driveline/canopen_wire/frame_meter.hpp"
 #include "text/can_report.hpp"
 
 namespace driveline::cli {

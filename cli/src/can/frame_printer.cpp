@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "console.hpp"
-#include "driveline/canopen_wire/frame_bits.hpp"
+#include "driveline/canopen_wire/frame_meter.hpp"
 #include "text/visible_text.hpp"
 
 namespace driveline::cli {

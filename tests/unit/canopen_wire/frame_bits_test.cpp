@@ -87,6 +87,20 @@ TEST(FrameBits, BitsAndCrcAreThoseOfTheReference) {
     ASSERT_EQ(text, text_of(frame));
     ASSERT_EQ(binary(bits.crc(), 15), text.substr(text.size() - 15));
     ASSERT_EQ(bits.stuff_bits(), stuffed(text).size() - text.size());
+    // CRC delimiter, acknowledge slot and delimiter, seven bits of end of frame, three of interframe space.
+    ASSERT_EQ(bit_count(frame), stuffed(text).size() + 3 + 7 + 3);
+  }
+}
+
+TEST(FrameBits, AMeterServesAllFramesOfItsIdentifierAndLength) {
+  std::mt19937 random(15);
+  for (int i = 0; i < 200; ++i) {
+    Frame frame = random_frame(random);
+    const FrameMeter meter(frame);
+    for (int content = 0; content < 20; ++content) {
+      for (std::size_t k = 0; k < frame.payload().size(); ++k) frame.data.at(k) = static_cast<std::byte>(random());
+      ASSERT_EQ(meter.bits(frame.payload()), stuffed(text_of(frame)).size() + 13);
+    }
   }
 }
 

@@ -6,7 +6,7 @@
 #include "can/bus_figures.hpp"
 #include "can/frame_printer.hpp"
 #include "driveline/canopen_wire/candump.hpp"
-#include "driveline/canopen_wire/frame_bits.hpp"
+#include "driveline/canopen_wire/frame_meter.hpp"
 
 namespace driveline::cli {
 namespace {

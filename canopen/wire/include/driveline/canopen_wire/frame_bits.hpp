@@ -1,6 +1,6 @@
 #pragma once
 
-#include "driveline/canopen_wire/frame.hpp"
+#include "driveline/canopen_wire/frame_meter.hpp"
 
 namespace driveline::canopen {
 
@@ -74,17 +74,5 @@ class FrameBits {
   std::uint16_t remainder_ = 0;  ///< of the division of all bits so far
   std::uint16_t crc_ = 0;
 };
-
-/// Bits behind the CRC, which are not stuffed: CRC delimiter, acknowledge slot and delimiter, end of frame.
-inline constexpr std::size_t kTrailerBits = 1 + 1 + 1 + 7;
-/// Recessive bits between two frames.
-inline constexpr std::size_t kInterframeBits = 3;
-
-/// Bits of a frame on the wire, with its real stuff bits and the interframe space: of a base frame with n bytes 47 + 8n
-/// and the stuff bits, at most (33 + 8n) / 4 of them. \rtsafe
-[[nodiscard]] constexpr std::size_t bit_count(const Frame& frame) noexcept {
-  const FrameBits bits(frame);
-  return bits.size() + bits.stuff_bits() + kTrailerBits + kInterframeBits;
-}
 
 }  // namespace driveline::canopen

@@ -1,0 +1,163 @@
+#pragma once
+
+#include "driveline/canopen_wire/frame.hpp"
+
+namespace driveline::canopen {
+
+/// Bits behind the CRC, which are not stuffed: CRC delimiter, acknowledge slot and delimiter, end of frame.
+inline constexpr std::size_t kTrailerBits = 1 + 1 + 1 + 7;
+/// Recessive bits between two frames.
+inline constexpr std::size_t kInterframeBits = 3;
+
+/// CRC and bit stuffing of several bits at a time, by tables.
+namespace frame_table {
+
+inline constexpr unsigned kCrcBits = 15;
+inline constexpr unsigned kCrcMask = 0x7FFF;
+
+// Bit stuffing (ISO 11898-1, 10.5) as an automaton whose state is the level of the last bit and the number of equal
+// bits, 1 to 4: the fifth one is followed by a stuff bit of the other level, which counts as the first one.
+inline constexpr unsigned kLongestRun = 4;
+inline constexpr unsigned kStates = 2 * kLongestRun;
+
+// What some bits do to a state, in one number: the state behind them, as the place of its row in a table, and the stuff
+// bits among them in the low byte, so that the low byte of a sum of steps has those of all.
+using Step = std::uint16_t;
+inline constexpr unsigned kRow = 256;
+inline constexpr unsigned kPlace = (kStates - 1) * kRow;
+inline constexpr unsigned kStuffed = kRow - 1;
+
+constexpr Step after(unsigned state, unsigned bits, unsigned count) noexcept {
+  bool level = state >= kLongestRun;
+  unsigned run = state % kLongestRun + 1;
+  unsigned stuffed = 0;
+  for (unsigned i = count; i-- > 0;) {
+    const bool bit = (bits >> i & 1U) != 0;
+    run = bit == level ? run + 1 : 1;
+    level = bit;
+    if (run <= kLongestRun) continue;
+    ++stuffed;
+    level = !level;
+    run = 1;
+  }
+  return static_cast<Step>(((level ? kLongestRun : 0U) + run - 1) * kRow | stuffed);
+}
+
+constexpr auto make_stuffing(unsigned count) noexcept {
+  std::array<Step, kStates * kRow> table{};
+  for (unsigned state = 0; state < kStates; ++state) {
+    for (unsigned bits = 0; bits < 1U << count; ++bits) table[state * kRow + bits] = after(state, bits, count);
+  }
+  return table;
+}
+
+/// The remainder behind eight more bits that are 0.
+constexpr unsigned shifted(unsigned crc) noexcept {
+  constexpr unsigned kPolynomial = 0x4599;
+  for (int i = 0; i < 8; ++i) crc = (crc << 1 & kCrcMask) ^ ((crc >> (kCrcBits - 1) & 1U) != 0 ? kPolynomial : 0U);
+  return crc;
+}
+
+/// What a byte adds to the remainder, by the number of bytes that follow it and its value. The CRC is the sum over all
+/// bytes, so that none waits for the one before it.
+constexpr auto make_crc() noexcept {
+  std::array<std::array<std::uint16_t, 256>, Frame::kMaxLength> table{};
+  for (unsigned byte = 0; byte < 256; ++byte) {
+    unsigned crc = byte << (kCrcBits - 8);
+    for (auto& row : table) {
+      crc = shifted(crc);
+      row[byte] = static_cast<std::uint16_t>(crc);
+    }
+  }
+  return table;
+}
+
+inline constexpr auto kByte = make_stuffing(8);
+inline constexpr auto kEndOfCrc = make_stuffing(kCrcBits - 8);
+inline constexpr auto kCrc = make_crc();
+
+/// Stuff bits of a frame. It begins behind a dominant bit.
+struct Stuffing {
+  std::uint32_t place = 0;  ///< row of the tables
+  std::uint32_t steps = 0;  ///< sum
+
+  constexpr void add(const std::array<Step, kStates * kRow>& table, unsigned bits) noexcept {
+    const unsigned step = table[place | bits];
+    steps += step;
+    place = step & kPlace;
+  }
+  [[nodiscard]] constexpr std::uint32_t bits() const noexcept { return steps & kStuffed; }
+};
+
+}  // namespace frame_table
+
+/// Counts the bits on the wire of data or remote frames with the same identifier and length, stuff bits and interframe
+/// space included, a byte at a time. What precedes the data is counted once, in the constructor. \rtsafe throughout.
+class FrameMeter {
+ public:
+  FrameMeter() = default;
+  /// For frames with identifier, kind and length of this one, which is a data or remote frame.
+  explicit constexpr FrameMeter(const Frame& frame) noexcept {
+    const bool extended = frame.identifier.extended;
+    const unsigned size = extended ? 1 + 11 + 2 + 18 + 3 + 4 : 1 + 11 + 3 + 4;
+    const std::uint64_t bits = extended ? extended_header(frame) : base_header(frame);
+    // Whole bytes: levels that change in each bit cause no stuff bits, and zeros in front do not change the CRC.
+    const std::uint64_t filled = bits | (extended ? 0x1ULL : 0x15ULL) << size;
+    for (unsigned i = (size + 7) / 8; i-- > 0;) {
+      stuffing_.add(frame_table::kByte, static_cast<unsigned>(filled >> 8 * i) & 0xFFU);
+      crc_ = behind_zeros(crc_ ^ (static_cast<unsigned>(bits >> 8 * i) & 0xFFU) << kLowBits);
+    }
+    for (std::size_t i = 0; i < frame.payload().size(); ++i) crc_ = behind_zeros(crc_);
+    bits_ += size + 8 * static_cast<std::uint32_t>(frame.payload().size()) + frame_table::kCrcBits;
+    bits_ += static_cast<std::uint32_t>(kTrailerBits + kInterframeBits);
+  }
+
+  /// Bits of the frame with this content, as many bytes as in the frame of the constructor. \rtsafe
+  [[nodiscard]] constexpr std::uint32_t bits(std::span<const std::byte> data) const noexcept {
+    auto stuffing = stuffing_;
+    auto crc = crc_;
+    auto following = data.size();
+    for (const auto one : data) {
+      const auto byte = std::to_integer<unsigned>(one);
+      stuffing.add(frame_table::kByte, byte);
+      crc ^= frame_table::kCrc[--following][byte];
+    }
+    stuffing.add(frame_table::kByte, crc >> kLowBits);
+    stuffing.add(frame_table::kEndOfCrc, crc & ((1U << kLowBits) - 1));
+    return bits_ + stuffing.bits();
+  }
+
+ private:
+  /// From the start of frame to the length code.
+  [[nodiscard]] static constexpr std::uint64_t base_header(const Frame& frame) noexcept {
+    return std::uint64_t{frame.identifier.value} << 7 | end_of_header(frame);
+  }
+  /// The same, with SRR and IDE between the two parts of the identifier.
+  [[nodiscard]] static constexpr std::uint64_t extended_header(const Frame& frame) noexcept {
+    const std::uint64_t value = frame.identifier.value;
+    return value >> 18 << 27 | std::uint64_t{3} << 25 | (value & 0x3'FFFF) << 7 | end_of_header(frame);
+  }
+  /// RTR, two dominant bits, and the length code.
+  [[nodiscard]] static constexpr std::uint64_t end_of_header(const Frame& frame) noexcept {
+    return (frame.kind == FrameKind::kRemote ? 1ULL << 6 : 0ULL) | frame.length;
+  }
+
+  /// frame_table::shifted() by its table.
+  [[nodiscard]] static constexpr std::uint32_t behind_zeros(std::uint32_t crc) noexcept {
+    return (crc << 8 & frame_table::kCrcMask) ^ frame_table::kCrc[0][crc >> kLowBits];
+  }
+
+  static constexpr unsigned kLowBits = frame_table::kCrcBits - 8;  ///< bits of the CRC behind its first eight
+
+  std::uint32_t bits_ = 0;          ///< of the frame without stuff bits
+  std::uint32_t crc_ = 0;           ///< of the frame if its data were 0
+  frame_table::Stuffing stuffing_;  ///< before the data
+};
+
+/// Bits of a data or remote frame on the wire, with its real stuff bits and the interframe space: of a base frame with
+/// n bytes 47 + 8n and the stuff bits, at most (33 + 8n) / 4 of them. \rtsafe
+[[nodiscard]] constexpr std::size_t bit_count(const Frame& frame) noexcept {
+  return FrameMeter(frame).bits(frame.payload());
+}
+
+}  // namespace driveline::canopen
