@@ -32,6 +32,11 @@ void CanLine::advance(std::chrono::nanoseconds until) {
   faults_.advance(bus_.now());  // takes those whose frames are used up
 }
 
+void CanLine::transmit() {
+  bus_.transmit();
+  faults_.advance(bus_.now());
+}
+
 std::chrono::nanoseconds CanLine::next_event() const noexcept {
   return std::min(bus_.next_event(), std::max(faults_.next_event(), bus_.now()));
 }

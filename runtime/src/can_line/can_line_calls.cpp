@@ -15,11 +15,12 @@ bool CanLineCalls::make(const Call& call, std::chrono::milliseconds patience) {
   return true;
 }
 
-void CanLineCalls::make_waiting(CanLine& line) noexcept {
+bool CanLineCalls::make_waiting(CanLine& line) noexcept {
   const auto* call = waiting_.exchange(nullptr, std::memory_order_acq_rel);
-  if (call == nullptr) return;
+  if (call == nullptr) return false;
   (*call)(line);
   made_.store(true, std::memory_order_release);
+  return true;
 }
 
 }  // namespace driveline::runtime

@@ -83,9 +83,16 @@ SimulatedCanPort::SimulatedCanPort(const CanLineConfig& config, const canopen::C
 
 SimulatedCanPort::~SimulatedCanPort() = default;
 
+/// A cycle calls the port many times at the same instant of a virtual clock: only the first call finds work.
 void SimulatedCanPort::advance() {
-  line_.advance(clock_->now() - start_);
-  calls_.serve(line_);
+  const nanoseconds now = clock_->now() - start_;
+  if (settled_at_ != now) advance_line(now);
+  if (calls_.serve(line_)) settled_at_.reset();
+}
+
+void SimulatedCanPort::advance_line(nanoseconds now) {
+  line_.advance(now);
+  settled_at_ = now;
 }
 
 SendStatus SimulatedCanPort::send(const Frame& frame) noexcept {
@@ -95,7 +102,7 @@ SendStatus SimulatedCanPort::send(const Frame& frame) noexcept {
   if (controller.errors().state() == slaves::can::ErrorState::kBusOff) return SendStatus::kDown;
   if (!controller.send(frame)) return SendStatus::kBusy;
   ++adapter_->counters.sent;
-  advance();  // the frame is on the wire from now on
+  line_.transmit();  // the frame is on the wire from now on
   return SendStatus::kSent;
 }
 
@@ -110,6 +117,7 @@ std::optional<ReceivedFrame> SimulatedCanPort::receive() noexcept {
 
 bool SimulatedCanPort::wait_readable(nanoseconds deadline) noexcept {
   while (true) {
+    settled_at_.reset();  // the next event may be now
     advance();
     if (!adapter_->empty()) return true;
     if (clock_->now() >= deadline) return false;

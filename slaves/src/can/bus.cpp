@@ -11,10 +11,10 @@ Bus::Bus(const Wiring& wiring, std::uint64_t seed) {
 
 Controller& Bus::attach(Node& node, const ControllerOptions& options) {
   take_apart();
-  nodes_.push_back(&node);
-  controllers_.push_back(std::make_unique<Controller>(node, options));
-  node.connected(*controllers_.back());
-  return *controllers_.back();
+  Controller& added = *controllers_.emplace_back(std::make_unique<Controller>(node, options));
+  node.connected(added);
+  added.look();
+  return added;
 }
 
 void Bus::inject(const FrameFault& fault) {
@@ -69,25 +69,40 @@ void Bus::arrange() {
 }
 
 nanoseconds Bus::next_event() const noexcept {
+  look_at_nodes();
+  return next_due();
+}
+
+void Bus::look_at_nodes() const noexcept {
+  for (const auto& one : controllers_) one->look();
+}
+
+nanoseconds Bus::next_due() const noexcept {
   if (segments_.empty() && !controllers_.empty()) return now_;
   nanoseconds next = kNever;
-  for (const Node* node : nodes_) next = std::min(next, node->next_wake());
+  for (const auto& one : controllers_) next = std::min(next, one->wake_);
   for (const Segment& segment : segments_) next = std::min(next, segment.next_event());
   return std::max(next, now_);
 }
 
 void Bus::advance_nodes() {
-  for (Node* node : nodes_) {
-    if (node->next_wake() <= now_) node->advance(now_);
+  for (const auto& one : controllers_) {
+    if (one->wake_ <= now_) one->advance(now_);
   }
 }
 
+void Bus::transmit() {
+  arrange();
+  for (Segment& segment : segments_) segment.start(now_);
+}
+
 void Bus::advance(nanoseconds until) {
+  look_at_nodes();
   for (;;) {
     arrange();
     advance_nodes();
     for (Segment& segment : segments_) segment.start(now_);
-    const nanoseconds next = next_event();
+    const nanoseconds next = next_due();
     if (next > until) break;
     now_ = next;
     for (Segment& segment : segments_) segment.advance(now_);

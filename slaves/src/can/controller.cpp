@@ -7,7 +7,14 @@ void Node::transmitted(const Frame& /*frame*/, nanoseconds /*now*/) {}
 void Node::error_state_changed(ErrorState /*state*/, nanoseconds /*now*/) {}
 
 Controller::Controller(Node& node, const ControllerOptions& options)
-    : node_(&node), options_(options), queue_(options.queue_capacity), bit_rate_(options.bit_rate) {}
+    : node_(&node), options_(options), queue_(options.queue_capacity), bit_rate_(options.bit_rate) {
+  use_bit_rate();
+}
+
+void Controller::use_bit_rate() noexcept {
+  options_.bit_rate = held_bit_rate_.value_or(bit_rate_);
+  bit_time_ = nanoseconds{1'000'000'000 / options_.bit_rate};
+}
 
 bool Controller::send(const Frame& frame) noexcept {
   return takes_part() && queue_.push(frame);
@@ -60,6 +67,7 @@ void Controller::sent(nanoseconds now) {
   report(before, now);
   node_->transmitted(frame, now);
   if (options_.loop_back) node_->receive(frame, now);
+  look();
 }
 
 void Controller::retry() noexcept {
@@ -67,20 +75,22 @@ void Controller::retry() noexcept {
   sending_.reset();
 }
 
-void Controller::report(ErrorState before, nanoseconds now) {
+/// In bus off nothing waits any more.
+void Controller::state_changed(nanoseconds now) {
   const ErrorState state = errors_.state();
-  if (state == before) return;
   if (state == ErrorState::kBusOff) {
     queue_.clear();
     if (options_.automatic_recovery) recovery_.start(now);
   }
   node_->error_state_changed(state, now);
+  look();
 }
 
 void Controller::recovered(nanoseconds now) {
   recovery_.stop();
   errors_.reset();
   node_->error_state_changed(ErrorState::kActive, now);
+  look();
 }
 
 }  // namespace driveline::slaves::can

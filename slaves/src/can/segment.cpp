@@ -55,7 +55,7 @@ bool Segment::is_sender(const Controller& node) const noexcept {
 }
 
 bool Segment::held_dominant() const noexcept {
-  return std::any_of(nodes_.begin(), nodes_.end(), [](const auto& node) { return node->powered() && node->dominant_; });
+  return std::any_of(nodes_.begin(), nodes_.end(), [](const auto& node) { return node->dominant_ && node->powered(); });
 }
 
 void Segment::wire_recessive(nanoseconds since) noexcept {
@@ -163,16 +163,16 @@ void Segment::decide(Transmission& transmission, std::size_t& bits, nanoseconds 
     transmission.frame = *senders_.front()->sending_;  // a collision may have left one sender
     if (disturbed(transmission, error_bit)) transmission.outcome = Outcome::kError;
   }
-  const FrameBits content(transmission.frame);
   if (transmission.outcome == Outcome::kError) {
+    const FrameBits content(transmission.frame);
     const std::size_t place = std::min(error_bit, content.size());
     bits = place + 1 + content.stuff_bits_before(place) + kErrorFrame + canopen::kInterframeBits;
     return;
   }
-  bits = content.size() + content.stuff_bits() + canopen::kTrailerBits + canopen::kInterframeBits;
+  bits = canopen::bit_count(transmission.frame);
   if (acknowledged(transmission)) return;
   transmission.outcome = Outcome::kNoAcknowledge;
-  bits = content.size() + content.stuff_bits() + 2 + kLonelyErrorFrame + canopen::kInterframeBits;
+  bits = bits - canopen::kTrailerBits + 2 + kLonelyErrorFrame;  // it ends in the acknowledge slot
 }
 
 /// Two frames with the same arbitration field and different contents: who sends recessive and sees dominant has an
@@ -263,10 +263,10 @@ void Segment::deliver(const Transmission& transmission, nanoseconds now) {
     }
     node.errors_.received();
     node.report(before, now);
-    if (loses(first_ + i)) {
+    if (!conditions_->faults.empty() && loses(first_ + i)) {
       ++conditions_->statistics.lost;
     } else {
-      node.node_->receive(transmission.frame, now);
+      node.receive(transmission.frame, now);
     }
   }
   for (Controller* sender : senders_) {
@@ -300,7 +300,7 @@ void Segment::count_errors(const Transmission& transmission, nanoseconds now) {
     } else if (transmission.outcome == Outcome::kError && !node->options_.listen_only) {
       node->errors_.receive_error(one_sees_first && first_to_see(node) ? 1 + 8 : 1);
     }
-    if (node->options_.error_frames) node->node_->receive({{}, FrameKind::kError, 0, {}}, now);
+    if (node->options_.error_frames) node->receive({{}, FrameKind::kError, 0, {}}, now);
     node->report(before, now);
   }
 }

@@ -22,15 +22,18 @@ void PdoService::start(nanoseconds now) noexcept {
 }
 
 void PdoService::select() noexcept {
-  const auto choose = [](Places& places, const auto& pdos, auto&& wanted) {
+  rpdos_in_use_.clear();
+  for (std::size_t i = 0; i < rpdos_.size(); ++i) {
+    if (rpdos_[i].active()) rpdos_in_use_.push_back({rpdos_[i].identifier(), static_cast<std::uint16_t>(i)});
+  }
+  const auto choose = [this](Places& places, auto&& wanted) {
     places.clear();
-    for (std::size_t i = 0; i < pdos.size(); ++i) {
-      if (wanted(pdos[i])) places.push_back(static_cast<std::uint16_t>(i));
+    for (std::size_t i = 0; i < tpdos_.size(); ++i) {
+      if (wanted(tpdos_[i])) places.push_back(static_cast<std::uint16_t>(i));
     }
   };
-  choose(rpdos_in_use_, rpdos_, [](const Rpdo& rpdo) { return rpdo.active(); });
-  choose(tpdos_with_sync_, tpdos_, [](const Tpdo& tpdo) { return tpdo.waits_for_sync(); });
-  choose(tpdos_with_events_, tpdos_, [](const Tpdo& tpdo) { return tpdo.waits_for_events(); });
+  choose(tpdos_with_sync_, [](const Tpdo& tpdo) { return tpdo.waits_for_sync(); });
+  choose(tpdos_with_events_, [](const Tpdo& tpdo) { return tpdo.waits_for_events(); });
 }
 
 void PdoService::stop() noexcept {
@@ -66,8 +69,8 @@ void PdoService::receive(const Frame& frame, nanoseconds now) {
   }
   // By numbers: what the application does with the values may end the PDOs.
   for (std::size_t n = 0; running_ && n < rpdos_in_use_.size(); ++n) {
-    const std::size_t i = rpdos_in_use_[n];
-    if (!rpdos_[i].is(frame)) continue;
+    if (rpdos_in_use_[n].identifier != frame.identifier) continue;
+    const std::size_t i = rpdos_in_use_[n].place;
     application_->advance(now);
     const Rpdo::Result result = rpdos_[i].receive(frame);
     if (result == Rpdo::Result::kWaits && !rpdos_[i].synchronous()) plan_cycle(now);
@@ -98,7 +101,7 @@ void PdoService::judge(std::size_t number, Rpdo::Result result, nanoseconds now)
 
 void PdoService::apply(bool synchronous, nanoseconds now) {
   for (std::size_t n = 0; running_ && n < rpdos_in_use_.size(); ++n) {
-    const std::size_t i = rpdos_in_use_[n];
+    const std::size_t i = rpdos_in_use_[n].place;
     if (rpdos_[i].synchronous() == synchronous && rpdos_[i].apply()) application_->rpdo_applied(i, now);
   }
 }

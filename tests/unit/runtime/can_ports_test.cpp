@@ -5,8 +5,11 @@
 #include <optional>
 #include <stdexcept>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "driveline/canopen_port/open_can_port.hpp"
+#include "driveline/canopen_wire/frame_meter.hpp"
 #include "driveline/runtime/can_line/can_line.hpp"
 #include "driveline/runtime/can_line/can_server.hpp"
 #include "driveline/runtime/can_line/simulated_can_port.hpp"
@@ -96,6 +99,60 @@ TEST(SimulatedCanPortTest, FramesThatAreNotPossibleAreNotSent) {
   EXPECT_EQ(port->send(Frame::of(0x800, {})), SendStatus::kNotValid);
   const auto listener = open_simulated_can_port(two_drives(), {.listen_only = true}, clock);
   EXPECT_EQ(listener->send(Frame::of(0x100, {})), SendStatus::kNotValid);
+}
+
+/// Notes the order of the frames on the bus.
+class Listener final : public slaves::can::Node {
+ public:
+  void connected(slaves::can::Controller& /*controller*/) override {}
+  void receive(const Frame& frame, nanoseconds now) override { heard.emplace_back(frame.identifier.value, now); }
+  void advance(nanoseconds /*now*/) override {}
+  [[nodiscard]] nanoseconds next_wake() const noexcept override { return slaves::can::kNever; }
+  std::vector<std::pair<std::uint32_t, nanoseconds>> heard;
+};
+
+// The first one finds the wire free; of those that wait the lowest identifier wins.
+TEST(SimulatedCanPortTest, AFrameStartsAtOnceWhileTheClockStandsStill) {
+  rt::VirtualClock clock;
+  const auto port = open_simulated_can_port(two_drives(), {}, clock);
+  Listener listener;
+  port->line().bus().attach(listener);
+  await(*port, clock, 0x706, 10s);
+  while (port->receive()) {
+  }
+  clock.advance(3ms);
+  EXPECT_FALSE(port->receive());
+  listener.heard.clear();
+  const nanoseconds sent = clock.now();
+  for (const auto identifier : {0x7A3U, 0x7A2U, 0x7A1U}) {
+    EXPECT_EQ(port->send(Frame::of(identifier, {})), SendStatus::kSent);
+  }
+  EXPECT_FALSE(port->receive());
+  clock.advance(1ms);
+  EXPECT_FALSE(port->receive());
+  ASSERT_EQ(listener.heard.size(), 3U);
+  EXPECT_EQ(listener.heard[0].first, 0x7A3U);
+  EXPECT_EQ(listener.heard[1].first, 0x7A1U);
+  EXPECT_EQ(listener.heard[2].first, 0x7A2U);
+  // The bits of the frame up to the interframe space, at 1 Mbit/s.
+  EXPECT_EQ(listener.heard[0].second, sent + (canopen::bit_count(Frame::of(0x7A3, {})) - 3) * 1us);
+}
+
+TEST(SimulatedCanPortTest, WhatOthersDoToTheLineCountsWhileTheClockStandsStill) {
+  rt::VirtualClock clock;
+  const auto port = open_simulated_can_port(two_drives(), {}, clock);
+  await(*port, clock, 0x706, 10s);
+  while (port->receive()) {
+  }
+  port->line().device(1).restart();
+  EXPECT_FALSE(port->receive());
+  const auto boot_up = find(*port, 0x706, clock.now() + 10s);
+  ASSERT_TRUE(boot_up);
+  // The same by a call of another thread, which the port makes.
+  std::thread other([&] { EXPECT_TRUE(port->calls().make([](CanLine& line) { line.device(0).restart(); }, 10s)); });
+  while (!find(*port, 0x705, clock.now() + 1ms)) {
+  }
+  other.join();
 }
 
 TEST(SimulatedCanPortTest, AFullQueueIsBusyUntilTheBusHasTakenAFrame) {

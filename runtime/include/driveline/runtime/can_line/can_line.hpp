@@ -22,6 +22,8 @@ class CanLine {
   /// Does everything that is due up to and including `until`, in the time of the bus: the bus, and the faults of the
   /// description.
   void advance(std::chrono::nanoseconds until);
+  /// Puts frames that were queued since the last advance() on the bus: see slaves::can::Bus::transmit().
+  void transmit();
   /// Returns when advance() has something to do; slaves::can::kNever for never.
   [[nodiscard]] std::chrono::nanoseconds next_event() const noexcept;
   /// Returns the bus, to attach clients behind the devices.

@@ -18,13 +18,13 @@ class CanLineCalls {
   /// Has `call` made, and waits for its end. False: nobody advanced the line for `patience`, and it was not made. For
   /// one thread at a time.
   [[nodiscard]] bool make(const Call& call, std::chrono::milliseconds patience);
-  /// Makes the call that waits, if there is one. For the thread that advances the line. One load where there is none.
-  void serve(CanLine& line) noexcept {
-    if (waiting_.load(std::memory_order_relaxed) != nullptr) make_waiting(line);
+  /// Makes the call that waits; false: there is none, which costs one load. For the thread that advances the line.
+  bool serve(CanLine& line) noexcept {
+    return waiting_.load(std::memory_order_relaxed) != nullptr && make_waiting(line);
   }
 
  private:
-  void make_waiting(CanLine& line) noexcept;
+  [[nodiscard]] bool make_waiting(CanLine& line) noexcept;
 
   std::atomic<const Call*> waiting_{nullptr};
   std::atomic<bool> made_{false};

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
+#include <optional>
 
 #include "driveline/canopen_port/can_port.hpp"
 #include "driveline/canopen_port/open_can_port.hpp"
@@ -33,7 +35,10 @@ class SimulatedCanPort final : public canopen::CanPort {
   [[nodiscard]] canopen::PortStatistics statistics() const noexcept override;
 
   /// Returns the line, to inject faults or to look at its bus; its time is advanced by the port alone.
-  [[nodiscard]] CanLine& line() noexcept { return line_; }
+  [[nodiscard]] CanLine& line() noexcept {
+    settled_at_.reset();
+    return line_;
+  }
   /// Returns the way to the line for a thread that does not use the port.
   [[nodiscard]] CanLineCalls& calls() noexcept { return calls_; }
 
@@ -41,11 +46,13 @@ class SimulatedCanPort final : public canopen::CanPort {
   class Adapter;
 
   void advance();
+  void advance_line(std::chrono::nanoseconds now);
 
   CanLine line_;
   CanLineCalls calls_;
   rt::Clock* clock_;
   std::chrono::nanoseconds start_;
+  std::optional<std::chrono::nanoseconds> settled_at_;  ///< time of the bus at which nothing is due any more
   std::unique_ptr<Adapter> adapter_;
 };
 

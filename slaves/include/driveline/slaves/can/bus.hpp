@@ -21,6 +21,9 @@ class Bus {
   Controller& attach(Node& node, const ControllerOptions& options = {});
   /// Does everything that is due up to and including `until`. Times before now() do nothing.
   void advance(nanoseconds until);
+  /// Puts frames that were queued since the last advance() on a wire that is free, at now(). All else that is due waits
+  /// for advance().
+  void transmit();
   /// Time of the last advance(). \rtsafe
   [[nodiscard]] nanoseconds now() const noexcept { return now_; }
   /// When advance() has something to do; kNever for nothing. \rtsafe
@@ -56,10 +59,11 @@ class Bus {
  private:
   void take_apart();
   void arrange();
+  void look_at_nodes() const noexcept;
   void advance_nodes();
+  [[nodiscard]] nanoseconds next_due() const noexcept;
 
   BusConditions conditions_;
-  std::vector<Node*> nodes_;
   std::vector<std::unique_ptr<Controller>> controllers_;
   std::vector<Segment> segments_;  ///< empty: the trunk has changed
   std::set<std::size_t> cuts_;     ///< places behind which the trunk is cut

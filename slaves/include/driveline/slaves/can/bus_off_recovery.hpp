@@ -15,13 +15,21 @@ class BusOffRecovery {
   /// Whether it has been started and not yet finished.
   [[nodiscard]] bool running() const noexcept { return left_ != 0; }
   /// The wire is recessive since `since`.
-  void wire_recessive(nanoseconds since) noexcept;
+  void wire_recessive(nanoseconds since) noexcept { recessive_since_ = since; }
   /// The wire stays recessive no longer than until `now`.
-  void wire_dominant(nanoseconds now, nanoseconds bit_time) noexcept;
+  void wire_dominant(nanoseconds now, nanoseconds bit_time) noexcept {
+    if (running()) count(now, bit_time);
+    recessive_since_ = kNever;
+  }
   /// When it is finished if the wire stays recessive; kNever when it is not running or the wire is busy.
-  [[nodiscard]] nanoseconds finished_at(nanoseconds bit_time) const noexcept;
+  [[nodiscard]] nanoseconds finished_at(nanoseconds bit_time) const noexcept {
+    return running() && recessive_since_ != kNever ? end(bit_time) : kNever;
+  }
 
  private:
+  void count(nanoseconds now, nanoseconds bit_time) noexcept;
+  [[nodiscard]] nanoseconds end(nanoseconds bit_time) const noexcept;
+
   static constexpr int kSequences = 128;
   static constexpr int kBits = 11;
 

@@ -37,7 +37,7 @@ class Controller {
   /// Takes part with another bit rate from the next frame on; a divisor of 10^9. \rtsafe
   void set_bit_rate(std::uint32_t bit_rate) noexcept {
     bit_rate_ = bit_rate;
-    options_.bit_rate = held_bit_rate_.value_or(bit_rate);
+    use_bit_rate();
   }
   /// Takes part as a listener only, or not, from the next frame on. \rtsafe
   void set_listen_only(bool on) noexcept { options_.listen_only = on; }
@@ -48,7 +48,7 @@ class Controller {
   /// Whether transceiver and node have power. \rtsafe
   [[nodiscard]] bool powered() const noexcept { return powered_ && supplied_; }
   /// Duration of a bit. \rtsafe
-  [[nodiscard]] nanoseconds bit_time() const noexcept { return nanoseconds{1'000'000'000 / options_.bit_rate}; }
+  [[nodiscard]] nanoseconds bit_time() const noexcept { return bit_time_; }
 
   /// \name Faults
   /// @{
@@ -64,14 +64,27 @@ class Controller {
   /// The node takes part with this bit rate, a divisor of 10^9, whatever it was told; an empty value ends that.
   void hold_bit_rate(std::optional<std::uint32_t> bit_rate) noexcept {
     held_bit_rate_ = bit_rate;
-    options_.bit_rate = bit_rate.value_or(bit_rate_);
+    use_bit_rate();
   }
   /// The node goes bus off, as after 32 errors of its own frames in a row.
   void fail(nanoseconds now);
   /// @}
 
  private:
+  friend class Bus;
   friend class Segment;
+
+  /// Asks the node when it has something to do: behind every call of it, and before the bus relies on the answer when
+  /// others may have called it.
+  void look() noexcept { wake_ = node_->next_wake(); }
+  void advance(nanoseconds now) {
+    node_->advance(now);
+    look();
+  }
+  void receive(const Frame& frame, nanoseconds now) {
+    node_->receive(frame, now);
+    look();
+  }
 
   [[nodiscard]] bool on_bus() const noexcept { return powered() && errors_.state() != ErrorState::kBusOff; }
   /// Whether it acknowledges and signals errors.
@@ -84,8 +97,12 @@ class Controller {
   void sent(nanoseconds now);
   /// The frame has not been sent; it waits again.
   void retry() noexcept;
-  /// Tells the node when the state is no longer `before`; in bus off nothing waits any more.
-  void report(ErrorState before, nanoseconds now);
+  /// Tells the node when the state is no longer `before`.
+  void report(ErrorState before, nanoseconds now) {
+    if (errors_.state() != before) state_changed(now);
+  }
+  void state_changed(nanoseconds now);
+  void use_bit_rate() noexcept;
   void recovered(nanoseconds now);
 
   Node* node_;
@@ -96,7 +113,9 @@ class Controller {
   nanoseconds suspended_until_{0};  ///< error passive senders wait for 8 bits behind the interframe space
   std::optional<Frame> sending_;    ///< on the wire
   std::optional<Frame> babble_;
-  std::uint32_t bit_rate_;  ///< what the node was told
+  nanoseconds bit_time_;
+  nanoseconds wake_ = kNever;  ///< of the node when it was asked last
+  std::uint32_t bit_rate_;     ///< what the node was told
   std::optional<std::uint32_t> held_bit_rate_;
   bool powered_ = true;
   bool supplied_ = true;

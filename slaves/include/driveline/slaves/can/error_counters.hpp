@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 namespace driveline::slaves::can {
@@ -23,7 +24,10 @@ class ErrorCounters {
   /// REC, 0 to 255.
   [[nodiscard]] unsigned receive() const noexcept { return receive_; }
   /// State that follows from both.
-  [[nodiscard]] ErrorState state() const noexcept;
+  [[nodiscard]] ErrorState state() const noexcept {
+    if (transmit_ >= kBusOff) return ErrorState::kBusOff;
+    return std::max(transmit_, receive_) >= kPassive ? ErrorState::kPassive : ErrorState::kActive;
+  }
   /// Whether one of them has reached the warning limit.
   [[nodiscard]] bool warning() const noexcept { return transmit_ >= kWarning || receive_ >= kWarning; }
 
@@ -34,7 +38,9 @@ class ErrorCounters {
   /// A frame was sent and acknowledged: TEC - 1.
   void sent() noexcept { transmit_ -= transmit_ > 0 ? 1 : 0; }
   /// A frame was received: REC - 1, from the passive range to 127.
-  void received() noexcept;
+  void received() noexcept {
+    if (receive_ > 0) receive_ = std::min(receive_, kPassive) - 1;
+  }
   /// Both are 0, after a restart or the recovery from bus off.
   void reset() noexcept { transmit_ = receive_ = 0; }
 

@@ -45,6 +45,11 @@ class PdoService {
   /// Places of PDOs among those of their direction. A cycle touches no others: most of its time is memory that is not
   /// in the cache.
   using Places = std::vector<std::uint16_t>;
+  /// An RPDO that exists and maps something.
+  struct Consumed {
+    canopen::Identifier identifier;
+    std::uint16_t place = 0;
+  };
 
   void select() noexcept;
   void judge(std::size_t number, Rpdo::Result result, nanoseconds now);
@@ -57,8 +62,8 @@ class PdoService {
   const DeviceOptions* options_;
   std::vector<Rpdo> rpdos_;
   std::vector<Tpdo> tpdos_;
-  Places rpdos_in_use_;         ///< exist, and map something
-  Places tpdos_with_sync_;      ///< of these, those that a SYNC concerns
+  std::vector<Consumed> rpdos_in_use_;
+  Places tpdos_with_sync_;      ///< exist, map something, and a SYNC concerns them
   Places tpdos_with_events_;    ///< and those that other values, or a timer, concern
   nanoseconds cycle_ = kNever;  ///< when event-driven RPDOs that wait are applied
   bool running_ = false;

@@ -30,6 +30,8 @@ class Rpdo {
   [[nodiscard]] Result receive(const Frame& frame) noexcept;
   /// Whether it exists, and maps something. \rtsafe
   [[nodiscard]] bool active() const noexcept { return active_; }
+  /// Identifier of its frames. \rtsafe
+  [[nodiscard]] canopen::Identifier identifier() const noexcept { return identifier_; }
   /// Whether the frame is one of this PDO. \rtsafe
   [[nodiscard]] bool is(const Frame& frame) const noexcept {
     return active_ && frame.identifier == identifier_ && frame.kind == canopen::FrameKind::kData;
