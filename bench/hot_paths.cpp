@@ -20,6 +20,7 @@
 #include "driveline/trajectory/interpolator.hpp"
 #include "driveline/trajectory/path.hpp"
 #include "driveline/wire/frame.hpp"
+#include "support/can_rig.hpp"
 #include "support/cyclic_frame.hpp"
 #include "support/decoder.hpp"
 #include "support/drive_cycles.hpp"
@@ -95,6 +96,24 @@ void cycle(int count) {
   rig.check();
 }
 
+/// A whole cycle of a CAN line: SYNC, the master with its axes on their path, the bus, the devices and their drives.
+void can_cycle(int count) {
+  constexpr nanoseconds kSyncPeriod = std::chrono::milliseconds{2};
+  // The same one for every count, because it counts, too, and at 2 ms it is no small part.
+  constexpr nanoseconds kPath = std::chrono::seconds{20};
+  if (count * kSyncPeriod > kPath - std::chrono::seconds{1}) throw std::runtime_error("the path is too short");
+  rt::VirtualClock clock;
+  CanRig rig(clock, kAxes, kSyncPeriod, kPath);
+  rig.bring_up([&](canopen::CanCycle& cycle) -> std::unique_ptr<motion::CycleRunner> {
+    return std::make_unique<motion::InlineRunner>(cycle, clock);
+  });
+  for (int i = 0; i < count; ++i) {
+    rig.master().pass(nanoseconds{1});
+    rig.drain();
+  }
+  rig.check();
+}
+
 /// The simulated drives alone.
 void drive(int count) {
   DriveCycles drives(kAxes, count);
@@ -162,10 +181,15 @@ struct HotPath {
   void (*run)(int count);
 };
 constexpr std::array kHotPaths = {HotPath{"master", master}, HotPath{"cycle", cycle}, HotPath{"drive", drive},
-                                  HotPath{"interpolation", interpolation}, HotPath{"codec", codec}};
+                                  HotPath{"interpolation", interpolation}, HotPath{"codec", codec},
+                                  HotPath{"can_cycle", can_cycle},
+                                  // of which the counter takes the part of the master
+                                  HotPath{"can_master", can_cycle}};
 
 int bad_usage() {
-  fmt::print(stderr, "usage: hot_paths master|cycle|drive|interpolation|codec COUNT\n       hot_paths compiler\n");
+  fmt::print(stderr, "usage: hot_paths PATH COUNT\n       hot_paths compiler\npaths:");
+  for (const auto& path : kHotPaths) fmt::print(stderr, " {}", path.name);
+  fmt::print(stderr, "\n");
   return 2;
 }
 

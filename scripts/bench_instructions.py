@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Counts the instructions of five hot paths and compares them with those that were recorded:
+"""Counts the instructions of hot paths and compares them with those that were recorded:
 bench_instructions.py PROGRAM [--recorded FILE] [--limit PERCENT] [--update]
 
 PROGRAM is build/bench/counted/hot_paths. Each path runs under callgrind (Debian: valgrind) twice, once longer than the
@@ -22,9 +22,14 @@ from pathlib import Path
 RECORDED = Path(__file__).resolve().parent.parent / "bench/instructions.json"
 # Executions of the shorter run and of the longer one: seconds each under callgrind.
 COUNTS = {"master": (1000, 5000), "cycle": (500, 2500), "drive": (1000, 5000), "interpolation": (2000, 10000),
-          "codec": (1000, 5000)}
-# What is counted of a path, where the master that gives it its setpoints is no part of it.
-COUNTED = {"drive": "driveline::bench::DriveCycles::execute()"}
+          "codec": (1000, 5000), "can_cycle": (250, 1250), "can_master": (250, 1250)}
+# What is counted of a path, where it is not all: each function switches the counter when it begins and when it ends. The
+# master that gives the drives their setpoints is no part of them; the calls of the port are none of the CANopen master.
+COUNTED = {"drive": ["driveline::bench::DriveCycles::execute()"],
+           "can_master": ["driveline::canopen::CanCycle::cycle(driveline::rt::CycleStart const&)",
+                          "driveline::bench::StagedCanPort::send(driveline::canopen::Frame const&)",
+                          "driveline::bench::StagedCanPort::receive()",
+                          "driveline::bench::StagedCanPort::statistics() const"]}
 PATIENCE_S = 600
 
 
@@ -34,7 +39,7 @@ class Problem(Exception):
 
 def instructions(program, path, count):
     """Instructions of the whole program when it executes the path `count` times."""
-    only = [f"--toggle-collect={COUNTED[path]}"] if path in COUNTED else []
+    only = [f"--toggle-collect={function}" for function in COUNTED.get(path, [])]
     command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *only, str(program), path, str(count)]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)

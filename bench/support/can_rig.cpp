@@ -7,12 +7,13 @@
 #include "driveline/runtime/can/master_plan.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 #include "support/retry.hpp"
-#include "support/stopwatch.hpp"
 
 namespace driveline::bench {
 namespace {
 
 using std::chrono::nanoseconds;
+
+constexpr std::size_t kStaged = 256;  ///< frames of a cycle, far more than there are
 
 runtime::LineConfig describe_can_axes(std::size_t axes, nanoseconds period) {
   auto config = describe_line(axes, period);
@@ -31,44 +32,45 @@ void require(const canopen::MasterResult<void>& done) {
 
 }  // namespace
 
-void TimedCanPort::reset(bool measure) noexcept {
-  measure_ = measure;
-  measured_ns_ = 0.0;
-  calls_ = 0;
+StagedCanPort::StagedCanPort(canopen::CanPort& inner) : inner_(inner) {
+  arrived_.reserve(kStaged);
+  sent_.reserve(kStaged);
 }
 
-double TimedCanPort::inside_ns() const noexcept {
-  return measured_ns_ - calls_ * reading_cost_ns();
+void StagedCanPort::stage() {
+  arrived_.erase(arrived_.begin(), arrived_.begin() + static_cast<std::ptrdiff_t>(next_));
+  next_ = 0;
+  while (const auto frame = inner_.receive()) arrived_.push_back(*frame);
+  statistics_ = inner_.statistics();
+  staged_ = true;
 }
 
-double TimedCanPort::overhead_ns() const noexcept {
-  return calls_ * reading_cost_ns();
+void StagedCanPort::release() {
+  staged_ = false;
+  for (const auto& frame : sent_) {
+    if (inner_.send(frame) != canopen::SendStatus::kSent) throw std::runtime_error("the bus did not take a frame");
+  }
+  sent_.clear();
 }
 
-template <typename Call>
-auto TimedCanPort::timed(const Call& call) const noexcept {
-  if (!measure_) return call();
-  const double begin = now_ns();
-  auto result = call();
-  measured_ns_ += now_ns() - begin;
-  ++calls_;
-  return result;
+canopen::SendStatus StagedCanPort::send(const canopen::Frame& frame) noexcept {
+  if (!staged_) return inner_.send(frame);
+  if (sent_.size() == sent_.capacity()) return canopen::SendStatus::kBusy;
+  sent_.push_back(frame);
+  return canopen::SendStatus::kSent;
 }
 
-canopen::SendStatus TimedCanPort::send(const canopen::Frame& frame) noexcept {
-  return timed([&] { return inner_.send(frame); });
+std::optional<canopen::ReceivedFrame> StagedCanPort::receive() noexcept {
+  if (next_ < arrived_.size()) return arrived_[next_++];
+  return staged_ ? std::nullopt : inner_.receive();
 }
 
-std::optional<canopen::ReceivedFrame> TimedCanPort::receive() noexcept {
-  return timed([&] { return inner_.receive(); });
+bool StagedCanPort::wait_readable(nanoseconds deadline) noexcept {
+  return next_ < arrived_.size() || inner_.wait_readable(deadline);
 }
 
-bool TimedCanPort::wait_readable(nanoseconds deadline) noexcept {
-  return inner_.wait_readable(deadline);
-}
-
-canopen::PortStatistics TimedCanPort::statistics() const noexcept {
-  return timed([&] { return inner_.statistics(); });
+canopen::PortStatistics StagedCanPort::statistics() const noexcept {
+  return staged_ ? statistics_ : inner_.statistics();
 }
 
 CanRig::CanRig(rt::VirtualClock& clock, std::size_t axes, nanoseconds period, nanoseconds path_duration)

@@ -48,6 +48,12 @@ nlohmann::ordered_json to_json(const Course& course) {
           {"max", all_rounded(course.max)}};
 }
 
+/// The 95 % interval of the ratio, for the table.
+std::string interval_text(const RatioTurns& ratios) {
+  const auto interval = ratios.interval_95();
+  return fmt::format(" [{:.3g} to {:.3g} in {} turns]", interval.low, interval.high, ratios.turns());
+}
+
 /// The confidence interval of the ratio, from the turns.
 nlohmann::ordered_json to_json(const RatioTurns& ratios) {
   const auto interval = ratios.interval_95();
@@ -121,6 +127,7 @@ std::string Report::to_table() const {
       const auto& base = row.against->figures;
       text += fmt::format("  {:.3g} x {}", ratio(figures.p50, base.p50), row.against->name);
       if (row.aim_p999) text += fmt::format(" (p99.9 {:.3g} x)", ratio(figures.p999, base.p999));
+      if (row.against->ratios.turns() > 1) text += interval_text(row.against->ratios);
     }
     text += '\n';
   }

@@ -115,7 +115,7 @@ class Quick(Folder):
 class Instructions(Folder):
     """scripts/bench_instructions.py with a counter of our own in place of valgrind."""
 
-    PATHS = ("master", "cycle", "drive", "interpolation", "codec")
+    PATHS = ("master", "cycle", "drive", "interpolation", "codec", "can_cycle", "can_master")
 
     def setUp(self):
         super().setUp()
