@@ -15,6 +15,14 @@ constexpr std::uint16_t kControlWord = 0x6040;
 /// Objects of the drives of a node, from 6000h on, are this far apart (CiA 402-1).
 constexpr std::uint16_t kNextDrive = 0x800;
 
+/// The first time after `now` that is at `phase` of an interval.
+nanoseconds next_at(nanoseconds phase, nanoseconds interval, nanoseconds now) noexcept {
+  if (interval.count() <= 0) return now;
+  auto since = (now - phase) % interval;
+  if (since.count() < 0) since += interval;
+  return now + interval - since;
+}
+
 /// The first byte of the first control word; none: there is none.
 std::optional<std::size_t> control_word_at(const motion::PdoMapping& mapping) {
   std::size_t bits = 0;
@@ -55,6 +63,17 @@ RpdoOutputs::RpdoOutputs(const PdoImage& image, NodeTable& nodes)
   }
   for (auto& group : on_change_) {
     std::stable_partition(group.rpdos.begin(), group.rpdos.end(), [](const Rpdo& rpdo) { return !rpdo.control_word; });
+  }
+  spread_repetitions();
+}
+
+/// In the order of the nodes.
+void RpdoOutputs::spread_repetitions() {
+  std::int64_t count = 0;
+  for (const auto& group : on_change_) count += static_cast<std::int64_t>(group.rpdos.size());
+  std::int64_t number = 0;
+  for (auto& group : on_change_) {
+    for (auto& rpdo : group.rpdos) rpdo.phase = rpdo.place.resend * number++ / count;
   }
 }
 
@@ -108,10 +127,11 @@ bool RpdoOutputs::outdated() noexcept {
 
 /// Of a node in use.
 bool RpdoOutputs::due(const Rpdo& rpdo, const Group& group, const Pass& pass) const noexcept {
+  if (pass.reason == Reason::kRepetition && pass.now < rpdo.repeat_at) return false;
   const auto bytes = content(rpdo);
   const bool changed = rpdo.forced || !std::equal(bytes.begin(), bytes.end(), rpdo.frame.data.begin());
   if (changed && !group.current && rpdo.control_word && operates(bytes.subspan(*rpdo.control_word))) return false;
-  return pass.reason == Reason::kResend ? pass.now - rpdo.sent_at >= rpdo.place.resend : changed;
+  return changed || pass.reason == Reason::kRepetition;
 }
 
 /// Returns false if an RPDO that is due could not be sent.
@@ -124,7 +144,10 @@ bool RpdoOutputs::send_due(std::size_t node, Pass& pass) noexcept {
   bool others_changed = false;
   bool command_waits = false;
   for (auto& rpdo : group.rpdos) {
-    if (!due(rpdo, group, pass)) continue;
+    if (!due(rpdo, group, pass)) {
+      next_repetition_ = std::min(next_repetition_, rpdo.repeat_at);
+      continue;
+    }
     if (rpdo.control_word && others_changed && !group.waited) {
       command_waits = true;
       continue;
@@ -135,7 +158,8 @@ bool RpdoOutputs::send_due(std::size_t node, Pass& pass) noexcept {
     // A node that has come into use gets all of them, and none tells of another.
     others_changed = others_changed || (pass.reason == Reason::kChange && !rpdo.forced);
     rpdo.forced = false;
-    rpdo.sent_at = pass.now;
+    rpdo.repeat_at = next_at(rpdo.phase, rpdo.place.resend, pass.now);
+    next_repetition_ = std::min(next_repetition_, rpdo.repeat_at);
   }
   if (pass.reason == Reason::kChange) group.waited = command_waits;
   return true;
@@ -147,17 +171,23 @@ std::uint32_t RpdoOutputs::send_on_change(CanPort& port, nanoseconds now, Period
     for (auto& rpdo : on_change_[node].rpdos) rpdo.forced = true;
   }
   Pass pass{port, now, room, Reason::kChange};
-  for (const auto reason : {Reason::kChange, Reason::kResend}) {
-    pass.reason = reason;
-    for (std::size_t i = 0; i < on_change_.size(); ++i) {
-      const auto behind = turn_ + i;
-      const auto node = behind < on_change_.size() ? behind : behind - on_change_.size();
-      if (send_due(node, pass)) continue;
-      turn_ = node;
-      return pass.bits;
-    }
-  }
+  if (!send_all_due(pass) || now < next_repetition_) return pass.bits;
+  pass.reason = Reason::kRepetition;
+  next_repetition_ = nanoseconds::max();
+  if (!send_all_due(pass)) next_repetition_ = now;
   return pass.bits;
+}
+
+/// Returns false if one that is due could not be sent; its node is the first one then.
+bool RpdoOutputs::send_all_due(Pass& pass) noexcept {
+  for (std::size_t i = 0; i < on_change_.size(); ++i) {
+    const auto behind = turn_ + i;
+    const auto node = behind < on_change_.size() ? behind : behind - on_change_.size();
+    if (send_due(node, pass)) continue;
+    turn_ = node;
+    return false;
+  }
+  return true;
 }
 
 }  // namespace driveline::canopen

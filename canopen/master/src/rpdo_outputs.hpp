@@ -27,8 +27,8 @@ class RpdoOutputs {
   /// A control word that has changed together with other RPDOs of its node follows them in the next period, because it
   /// may tell that a new target is there, and a drive may apply all RPDOs of a period at once (CiA 402-2: bit 4 of
   /// 6040h). A changed one by which a drive begins to act on setpoints waits until the node acts on those of the last
-  /// period: they may be missing there, or wait for SYNC. One that stops a drive waits for nothing. Returns the bits
-  /// sent.
+  /// period: they may be missing there, or wait for SYNC. One that stops a drive waits for nothing. Repetitions share
+  /// the interval evenly, so that those of many nodes do not load the same period. Returns the bits sent.
   [[nodiscard]] std::uint32_t send_on_change(CanPort& port, std::chrono::nanoseconds now, PeriodRoom& room) noexcept;
   /// To be called behind an absence of the cycle, before the period before it is judged: what waits in the nodes for
   /// SYNC is as old as the absence. Those nodes have not got their outputs, and count as not sent to.
@@ -43,7 +43,8 @@ class RpdoOutputs {
     PdoPlace place;
     FrameMeter meter;
     Frame frame;                                ///< sent last
-    std::chrono::nanoseconds sent_at{};         ///< on change
+    std::chrono::nanoseconds phase{};           ///< on change: it is repeated at this time of each interval
+    std::chrono::nanoseconds repeat_at{};       ///< on change
     bool forced = true;                         ///< on change: due whatever its content is
     bool outdated = false;                      ///< with SYNC: sent before an absence, and not again
     std::optional<std::size_t> control_word{};  ///< its first byte
@@ -56,11 +57,12 @@ class RpdoOutputs {
     bool current = true;   ///< SYNC has made the node act on them
   };
   /// Why an RPDO is due.
-  enum class Reason : std::uint8_t { kChange, kResend };
+  enum class Reason : std::uint8_t { kChange, kRepetition };
 
   [[nodiscard]] std::span<const std::byte> content(const Rpdo& rpdo) const noexcept {
     return image_.outputs().subspan(rpdo.place.offset, rpdo.place.length);
   }
+  void spread_repetitions();
   [[nodiscard]] bool send_new(CanPort& port, Rpdo& rpdo, std::uint32_t& bits) const noexcept;
   /// What a pass over the RPDOs on change needs.
   struct Pass {
@@ -72,6 +74,7 @@ class RpdoOutputs {
   };
   [[nodiscard]] bool due(const Rpdo& rpdo, const Group& group, const Pass& pass) const noexcept;
   [[nodiscard]] bool send_due(std::size_t node, Pass& pass) noexcept;
+  [[nodiscard]] bool send_all_due(Pass& pass) noexcept;
 
   const PdoImage& image_;
   NodeTable& nodes_;
@@ -80,6 +83,7 @@ class RpdoOutputs {
   bool outdated_ = false;         ///< some RPDO with SYNC may be out of date
   std::size_t turn_ = 0;          ///< node that is looked at first
   std::uint64_t unsent_ = 0;
+  std::chrono::nanoseconds next_repetition_{};  ///< none of a node in use is due before
 };
 
 }  // namespace driveline::canopen
