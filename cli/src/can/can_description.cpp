@@ -19,6 +19,9 @@ constexpr std::uint32_t kDriveOnCan = 402;
 constexpr std::uint32_t kProfileBits = 0xFFFF;
 /// The mode in which axes follow a path over CAN.
 constexpr auto kFollowing = motion::cia402::Mode::kInterpolatedPosition;
+/// Modes of an axis over CAN, the best first: in the others the drive plans the motions.
+constexpr std::array kAxisModes{kFollowing, motion::cia402::Mode::kProfilePosition,
+                                motion::cia402::Mode::kProfileVelocity};
 
 const runtime::DeviceRegistry& can_families() {
   static const runtime::DeviceRegistry kFamilies;
@@ -66,11 +69,20 @@ std::vector<std::string_view> modes_of(std::uint32_t supported) {
   return names;
 }
 
+/// The mode of an axis with this drive; none: it has none of kAxisModes.
+std::optional<motion::cia402::Mode> axis_mode_of(const FoundDrive& drive) {
+  const auto has = [&](motion::cia402::Mode mode) {
+    return (drive.supported_modes.value_or(motion::cia402::mode_bit(kFollowing)) & motion::cia402::mode_bit(mode)) != 0;
+  };
+  const auto* const found = std::find_if(kAxisModes.begin(), kAxisModes.end(), has);
+  return found == kAxisModes.end() ? std::nullopt : std::optional(*found);
+}
+
 /// Why the drive cannot be an axis as it is; empty: it can.
 std::string obstacle_on_can(const FoundDrive& drive) {
-  const auto modes = drive.supported_modes;
-  if (modes && (*modes & motion::cia402::mode_bit(kFollowing)) == 0) {
-    return fmt::format("6502h is 0x{:08X}: it has no interpolated position", *modes);
+  if (!axis_mode_of(drive)) {
+    return fmt::format("6502h is 0x{:08X}: it has no interpolated position, profile position or profile velocity",
+                       drive.supported_modes.value_or(0));
   }
   return scale_obstacle(drive.increments_per_revolution);
 }
@@ -91,7 +103,7 @@ std::string can_axis_lines(const FoundCanNode& node) {
       reason.empty() ? std::string("\n") : fmt::format("\n# node{} is left out: {}.\n", node.facts.node, reason);
   text += fmt::format("{0}[[axis]]\n{0}name = \"{1}\"\n{0}slave = \"node{2}\"\n", off, can_axis_name(node),
                       node.facts.node);
-  text += fmt::format("{}mode = \"{}\"  # {}\n", off, to_text(kFollowing),
+  text += fmt::format("{}mode = \"{}\"  # {}\n", off, to_text(axis_mode_of(drive).value_or(kFollowing)),
                       drive.supported_modes
                           ? fmt::format("of {} by 6502h", fmt::join(modes_of(*drive.supported_modes), ", "))
                           : "assumed: 6502h cannot be read");
@@ -124,6 +136,9 @@ std::string can_axes_lines(const FoundCanLine& line) {
   }
   if (text.empty()) return text;
   text = "\n# CiA 402 drives with the scaling they report: rotary axes, in rad of the motor.\n" + text;
+  if (!can_follow_path(line)) {
+    return text + "\n# Without interpolated position a drive plans its motions: its axis is moved by requests.\n";
+  }
   if (line.path_file.empty()) {
     return text +
            "\n# `run` switches the axes on; they hold their positions until there is a path:\n"
@@ -207,6 +222,12 @@ std::vector<std::string> axes_of(const FoundCanLine& line) {
     if (is_can_axis(node)) names.push_back(can_axis_name(node));
   }
   return names;
+}
+
+bool can_follow_path(const FoundCanLine& line) {
+  return std::all_of(line.nodes.begin(), line.nodes.end(), [](const FoundCanNode& node) {
+    return !is_can_axis(node) || axis_mode_of(*node.drive) == kFollowing;
+  });
 }
 
 std::string describe_can_line(const FoundCanLine& line) {

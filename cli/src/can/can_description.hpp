@@ -56,6 +56,9 @@ class DataSheets {
 /// Names of the axes that the description has.
 [[nodiscard]] std::vector<std::string> axes_of(const FoundCanLine& line);
 
+/// Whether all axes of the description can follow a path: there is none whose drive plans its motions itself.
+[[nodiscard]] bool can_follow_path(const FoundCanLine& line);
+
 /// Creates a line description (TOML) of nodes that have been found, which `run` can use unchanged: each is expected by
 /// vendor, product, revision and serial number, as far as it tells them. Drives of CiA 402 with interpolated position
 /// get an [[axis]] with the scaling that they report, others are a comment with the reason. The period of SYNC is the

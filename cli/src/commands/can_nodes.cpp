@@ -142,7 +142,10 @@ Outcome<void> write_can_description(CanBus& bus, const std::string& interface, c
   }
   const auto axes = axes_of(line);
   if (options.turns && axes.empty()) progress("{}: the bus has no axis that can move", file.string());
-  if (options.turns && !axes.empty()) {
+  const bool follow = can_follow_path(line);
+  if (options.turns && !follow)
+    progress("{}: has no path, as a drive without interpolated position follows none", file.string());
+  if (options.turns && !axes.empty() && follow) {
     line.path_file = file.stem().string() + ".path.csv";
     const auto done = runtime::write_file(file.parent_path() / line.path_file, gentle_path(axes, *options.turns));
     if (!done) return tl::unexpected(done.error());

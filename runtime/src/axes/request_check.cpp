@@ -83,6 +83,23 @@ std::optional<AxisRefusal> check_target(const motion::AxisConfig& axis, const mo
   }
 }
 
+/// Whether the request needs setpoints of the master, which a drive that plans its motions does not follow.
+bool needs_setpoints(AxisCommand command) {
+  switch (command) {
+    case AxisCommand::kMoveAdditive:
+    case AxisCommand::kMoveSuperimposed:
+    case AxisCommand::kHaltSuperimposed:
+    case AxisCommand::kFollow:
+    case AxisCommand::kTorque:
+    case AxisCommand::kSetOverride:
+    case AxisCommand::kSetMode:
+    case AxisCommand::kHomeByProbe:
+      return true;
+    default:
+      return false;
+  }
+}
+
 /// Whether the request makes the master close the control loop with torque setpoints.
 bool led_by_torque(const motion::AxisRequest& request) {
   constexpr auto kTorqueMode = static_cast<std::int8_t>(motion::cia402::Mode::kCyclicTorque);
@@ -204,6 +221,11 @@ std::optional<trajectory::PositionRange> range_of_requests(const motion::AxisCon
 
 std::optional<AxisRefusal> check_request(const motion::AxisConfig& axis, const motion::AxisReport& report,
                                          const motion::AxisRequest& request) {
+  if (motion::cia402::by_drive(axis.mode) && needs_setpoints(request.command)) {
+    AxisRefusal refusal;
+    refusal.why = Why::kPlannedByDrive;
+    return refusal;
+  }
   if (auto wrong = check_target(axis, request)) return wrong;
   if (auto wrong = check_destination(axis, report, request)) return wrong;
   if (led_by_torque(request) && !(axis.velocity_gain > 0.0)) {

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <optional>
 
+#include "driveline/motion/axis/startup_sdos.hpp"
+#include "driveline/motion/drive/drive_objects.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 
 namespace driveline::runtime {
@@ -39,16 +41,34 @@ canopen::PdoPlan plan_of_mapping(const motion::PdoMapping& mapping, std::uint16_
   return pdo;
 }
 
-/// The PDOs of an axis: setpoint, and status word with position, go with every SYNC.
-CanPdoConfig standard_axis_pdos() {
+/// The RPDOs of an axis whose drive plans its motions: control word and mode, and targets as far as the device has
+/// them.
+std::vector<motion::PdoMapping> profile_rpdos(const SlaveDevice& device, motion::cia402::Mode mode) {
+  constexpr motion::MappedObject kTargetPosition{0x607A, 0, 32};
+  constexpr motion::MappedObject kProfileVelocity{0x6081, 0, 32};
+  constexpr motion::MappedObject kTargetVelocity{0x60FF, 0, 32};
+  std::vector<motion::PdoMapping> rpdos{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}}}};
+  if (mode == motion::cia402::Mode::kProfileVelocity) {
+    rpdos.push_back({0x1601, {kTargetVelocity}});
+    return rpdos;
+  }
+  rpdos.push_back({0x1601, {kTargetPosition, kProfileVelocity}});
+  const auto has = [&](std::uint16_t index) { return device.has_object(index).value_or(true); };
+  if (has(kTargetVelocity.index) && has(0x1402)) rpdos.push_back({0x1602, {kTargetVelocity}});
+  return rpdos;
+}
+
+/// The PDOs of an axis: the setpoint of an axis that follows any, and status word with position, go with every SYNC.
+CanPdoConfig standard_axis_pdos(const SlaveDevice& device, motion::cia402::Mode mode) {
   constexpr std::uint16_t kFirstRpdo = 0x1600;
   constexpr std::uint16_t kFirstTpdo = 0x1A00;
   constexpr std::uint16_t kSetpoint = 0x1601;
   constexpr std::uint16_t kActual = 0x1A00;
   CanPdoConfig pdos;
   const auto& standard = motion::can_axis_pdo_configuration();
-  for (const auto& pdo : standard.outputs) {
-    pdos.rpdos.push_back(plan_of_mapping(pdo, kFirstRpdo, pdo.index == kSetpoint));
+  const bool follows = motion::cia402::by_position(mode);
+  for (const auto& pdo : follows ? standard.outputs : profile_rpdos(device, mode)) {
+    pdos.rpdos.push_back(plan_of_mapping(pdo, kFirstRpdo, follows && pdo.index == kSetpoint));
   }
   for (const auto& pdo : standard.inputs) {
     pdos.tpdos.push_back(plan_of_mapping(pdo, kFirstTpdo, pdo.index == kActual));
@@ -65,7 +85,7 @@ void plan_node_pdos(const LineConfig& config, std::size_t number, canopen::NodeP
   }
   const auto axes = axes_of_slave(config, number);
   if (axes.size() != 1 || axes.front()->drive != 0 || slave.device->keeps_own_pdos()) return;
-  auto pdos = standard_axis_pdos();
+  auto pdos = standard_axis_pdos(*slave.device, axes.front()->mode);
   node.rpdos = std::move(pdos.rpdos);
   node.tpdos = std::move(pdos.tpdos);
 }
@@ -100,7 +120,13 @@ canopen::NodePlan node_plan_of(const LineConfig& config, std::size_t number) {
   node.optional = slave.can.optional;
   plan_node_pdos(config, number, node);
   for (const auto* axis : axes_of_slave(config, number)) {
-    const auto sdos = axis_startup_sdos(config, *axis, maps_object(node.rpdos, 0x6060));
+    auto sdos = axis_startup_sdos(config, *axis, maps_object(node.rpdos, 0x6060));
+    // There is nothing to interpolate.
+    if (motion::cia402::by_drive(axis->mode)) {
+      std::erase_if(sdos, [](const motion::StartupSdo& sdo) {
+        return motion::object_of_first_drive(sdo.index) == motion::kInterpolationTime;
+      });
+    }
     node.startup_sdos.insert(node.startup_sdos.end(), sdos.begin(), sdos.end());
   }
   plan_error_control(config, slave, node);

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <array>
 #include <numbers>
 
 #include "config/axis_range_reader.hpp"
 #include "config/can_restrictions.hpp"
 #include "config/compensation_reader.hpp"
+#include "devices/eds/eds_family.hpp"
 #include "driveline/motion/cia402/cyclic_mode.hpp"
 #include "driveline/motion/drive/axis_objects.hpp"
 #include "driveline/motion/drive/drive_objects.hpp"
@@ -114,8 +116,11 @@ void read_feed_forward(TomlReader& reader, motion::AxisConfig& axis) {
 void check_feed_forward(const TomlReader& reader, const LineConfig& config, const SlaveConfig& slave,
                         const motion::AxisConfig& axis) {
   if (!axis.feed_forward.any() || axis.mode == motion::cia402::Mode::kCyclicTorque) return;
-  if (axis.mode == motion::cia402::Mode::kInterpolatedPosition)
-    reader.fail("", "feed-forward of friction or gravity has no effect: interpolated position has no torque offset");
+  if (!motion::cia402::cyclic(axis.mode)) {
+    reader.fail("", fmt::format("feed-forward of friction or gravity has no effect: {} has no torque offset",
+                                axis.mode == motion::cia402::Mode::kInterpolatedPosition ? "interpolated position"
+                                                                                         : "a profile mode"));
+  }
   const auto why = drive_rules(config, slave).why_no_torque_offset();
   if (!why.empty())
     reader.fail("", fmt::format("feed-forward of friction or gravity has no effect: \"{}\" {}", slave.name, why));
@@ -211,16 +216,34 @@ motion::cia402::Mode read_cyclic_mode(TomlReader& reader, std::optional<motion::
   return all.value_or(motion::cia402::kCyclicModes.at(chosen));
 }
 
-/// The only mode in which axes follow cyclic setpoints over a CAN bus is interpolated position.
-motion::cia402::Mode read_can_mode(TomlReader& reader, std::optional<motion::cia402::Mode> all) {
-  constexpr auto kOnly = motion::cia402::Mode::kInterpolatedPosition;
-  const auto name = reader.text_or("mode", std::string(to_text(kOnly)));
-  const auto mode = all ? all : motion::cia402::find_cyclic_mode(name);
-  if (mode) reader.fail("mode", why_not_on_can(*mode));
-  if (name != to_text(kOnly)) {
-    reader.fail("mode", fmt::format("is \"{}\", \"{}\" (interpolated position) is expected", name, to_text(kOnly)));
+/// The only mode in which axes follow setpoints over a CAN bus is interpolated position. In the others the drive plans
+/// the motions of its axis.
+constexpr std::array kCanModes{motion::cia402::Mode::kInterpolatedPosition, motion::cia402::Mode::kProfilePosition,
+                               motion::cia402::Mode::kProfileVelocity};
+
+std::string names_of_can_modes() {
+  return "\"ip\" (interpolated position), \"pp\" (profile position) or \"pv\" (profile velocity)";
+}
+
+/// Reads the mode of an axis on a CAN bus: by default the first of kCanModes that its drive has by its data sheet.
+motion::cia402::Mode read_can_mode(TomlReader& reader, const SlaveConfig& slave, unsigned drive,
+                                   std::optional<motion::cia402::Mode> all) {
+  using motion::cia402::Mode;
+  const auto name = reader.has("mode") ? reader.text("mode") : std::string();
+  const auto cyclic = all ? all : motion::cia402::find_cyclic_mode(name);
+  if (cyclic) reader.fail("mode", why_not_on_can(*cyclic));
+  const auto named = [&](Mode mode) { return name.empty() || to_text(mode) == name; };
+  if (std::none_of(kCanModes.begin(), kCanModes.end(), named)) {
+    reader.fail("mode", fmt::format("is \"{}\", {} is expected", name, names_of_can_modes()));
   }
-  return kOnly;
+  const auto modes = modes_in_sheet(*slave.device, drive);
+  const auto* const found = std::find_if(kCanModes.begin(), kCanModes.end(), [&](Mode mode) {
+    return named(mode) && (!modes || (*modes & motion::cia402::mode_bit(mode)) != 0);
+  });
+  if (found != kCanModes.end()) return *found;
+  reader.fail(name.empty() ? "slave" : "mode",
+              fmt::format("6502h of \"{}\" is 0x{:08X} in its data sheet: it does not have {}", slave.name, *modes,
+                          name.empty() ? names_of_can_modes() : fmt::format("mode \"{}\"", name)));
 }
 
 }  // namespace
@@ -230,7 +253,7 @@ motion::AxisConfig read_axis(TomlReader reader, const std::filesystem::path& dir
   motion::AxisConfig axis;
   axis.name = read_axis_name(reader, config.axes);
   const auto& slave = read_drive(reader, config, axis);
-  axis.mode = config.can ? read_can_mode(reader, mode) : read_cyclic_mode(reader, mode);
+  axis.mode = config.can ? read_can_mode(reader, slave, axis.drive, mode) : read_cyclic_mode(reader, mode);
   const auto defaults = drive_rules(config, slave).axis_defaults();
   read_scale(reader, defaults, axis);
   read_limits(reader, defaults, axis);

@@ -20,6 +20,7 @@
 #include "config/gantry_reader.hpp"
 #include "config/gateway_reader.hpp"
 #include "config/process_data_reader.hpp"
+#include "config/profile_axis_check.hpp"
 #include "config/slave_reader.hpp"
 #include "config/stream_reader.hpp"
 #include "config/telemetry_reader.hpp"
@@ -147,6 +148,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   for (auto& reader : root.tables("gantry")) read_gantry(std::move(reader), config);
   check_axis_groups(root, config);
   read_couplings(root, file.parent_path(), config);
+  check_profile_axes(root, config);
   config.telemetry = read_telemetry(root.table("telemetry"), file.parent_path(), config.period);
   if (root.has("commands")) config.commands = read_commands(root.table("commands"), config.telemetry);
   read_output(root.table("output"), config);

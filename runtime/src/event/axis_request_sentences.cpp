@@ -166,6 +166,9 @@ std::string reason_of(const events::EventAxis& axis, const AxisRefusal& refusal)
                          length(axis, refusal.highest, refusal.per));
     case Why::kNoVelocityGain:
       return "torque control needs velocity_gain or inertia in the [[axis]] to limit the velocity";
+    case Why::kPlannedByDrive:
+      return "the request needs setpoints, but its drive plans its motions itself; move, jog, home, halt and stop are "
+             "possible";
     case Why::kTooMany:
       return "too many requests: the request queue of the cycle is full";
     case Why::kNoMaster:

@@ -61,6 +61,7 @@ void LineRun::leave_nothing_behind() {
 Result<void> LineRun::prepare() {
   if (auto ready = bus_.prepare(); !ready) return ready;
   if (auto possible = check_stream(); !possible) return possible;
+  if (auto possible = check_profile_axes(); !possible) return possible;
   if (auto possible = check_commands(); !possible) return possible;
   std::error_code error;
   created_directory_ = std::filesystem::create_directories(config_.output.directory, error);

@@ -66,6 +66,7 @@ class LineRun {
  private:
   [[nodiscard]] Result<void> prepare();
   [[nodiscard]] Result<void> check_stream() const;
+  [[nodiscard]] Result<void> check_profile_axes() const;
   [[nodiscard]] Result<void> check_commands() const;
   [[nodiscard]] std::string_view joint_owner() const noexcept;
   [[nodiscard]] Result<void> start_bridge();

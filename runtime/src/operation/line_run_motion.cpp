@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "driveline/runtime/event.hpp"
@@ -37,6 +38,19 @@ std::string_view LineRun::joint_owner() const noexcept {
   if (settings_.tasks->drive()) return "task";
   if (settings_.source != nullptr) return "program";
   return config_.path ? "path" : "";
+}
+
+/// An axis whose drive plans its motions cannot be moved together with others.
+Result<void> LineRun::check_profile_axes() const {
+  const auto& axes = config_.axes;
+  const auto found =
+      std::find_if(axes.begin(), axes.end(), [](const auto& axis) { return motion::cia402::by_drive(axis.mode); });
+  const auto owner = joint_owner();
+  if (owner.empty() || found == axes.end()) return {};
+  return fail(ErrorKind::kSetting,
+              fmt::format("the {} of this run gives setpoints to all axes, but the drive of \"{}\" plans its motions "
+                          "itself (mode \"{}\"): it can be moved by requests to it alone",
+                          owner, found->name, to_text(found->mode)));
 }
 
 /// Makes the motion; axes that are not moved together wait for individual requests.

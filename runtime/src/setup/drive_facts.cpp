@@ -121,13 +121,25 @@ std::string mode_names(std::uint32_t modes) {
   return names.empty() ? "none of CiA 402" : fmt::format("{}", fmt::join(names, ", "));
 }
 
+/// Returns what to write into the description of an axis that cannot interpolate; empty: nothing would help.
+std::string mode_instead(motion::cia402::Mode mode, std::uint32_t modes) {
+  using motion::cia402::Mode;
+  if (mode != Mode::kInterpolatedPosition) return {};
+  for (const auto other : {Mode::kProfilePosition, Mode::kProfileVelocity}) {
+    if ((modes & motion::cia402::mode_bit(other)) == 0) continue;
+    return fmt::format(": with mode = \"{}\" in the [[axis]] the drive plans its motions itself", to_text(other));
+  }
+  return {};
+}
+
 Result<void> take_modes(motion::AxisConfig& axis, const DriveFacts& facts) {
   const auto modes = facts.supported_modes.value_or(0);
   if (modes == 0) return {};
   if ((modes & motion::cia402::mode_bit(axis.mode)) == 0) {
-    return fail(ErrorKind::kSetting,
-                fmt::format("axis {}: its drive does not support mode {}; according to 6502h it supports {}", axis.name,
-                            motion::cia402::to_text(axis.mode), mode_names(modes)));
+    return fail(
+        ErrorKind::kSetting,
+        fmt::format("axis {}: its drive does not support mode {}; according to 6502h it supports {}{}", axis.name,
+                    motion::cia402::to_text(axis.mode), mode_names(modes), mode_instead(axis.mode, modes)));
   }
   axis.supported_modes = modes;
   return {};

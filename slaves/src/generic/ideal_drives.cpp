@@ -55,6 +55,7 @@ IdealDrives::IdealDrives(const DictionaryTable& table) : drives_(count_drives(ta
     drive.target_position = find(table, n, 0x607A, 4);
     drive.interpolation_data = find(table, n, 0x60C1, 4, 1);
     drive.target_velocity = find(table, n, 0x60FF, 4);
+    drive.profile_velocity = find(table, n, 0x6081, 4);
     drive.actual_position = find(table, n, 0x6064, 4);
     drive.actual_velocity = find(table, n, 0x606C, 4);
   }
@@ -62,9 +63,10 @@ IdealDrives::IdealDrives(const DictionaryTable& table) : drives_(count_drives(ta
 
 bool IdealDrives::owns(std::uint16_t slot) const noexcept {
   return std::any_of(drives_.begin(), drives_.end(), [slot](const Drive& drive) {
-    const std::array rows{drive.control_word,    drive.status_word,     drive.error_code,         drive.mode,
-                          drive.mode_display,    drive.target_position, drive.interpolation_data, drive.target_velocity,
-                          drive.actual_position, drive.actual_velocity};
+    const std::array rows{
+        drive.control_word,     drive.status_word,     drive.error_code,         drive.mode,
+        drive.mode_display,     drive.target_position, drive.interpolation_data, drive.target_velocity,
+        drive.profile_velocity, drive.actual_position, drive.actual_velocity};
     return std::any_of(rows.begin(), rows.end(),
                        [slot](const EntryRow* row) { return row != nullptr && row->slot == slot; });
   });
@@ -116,12 +118,26 @@ void IdealDrives::Drive::choose_mode(const ObjectDictionary& dictionary) noexcep
   constexpr auto kVelocity = OperationMode::kCyclicSynchronousVelocity;
   auto wanted = target_position != nullptr ? kPosition : kVelocity;
   if (mode != nullptr) wanted = static_cast<OperationMode>(static_cast<std::int8_t>(dictionary.raw(mode->slot)));
-  const bool known = (wanted == kPosition && target_position != nullptr) ||
-                     (wanted == OperationMode::kInterpolatedPosition && interpolation_data != nullptr) ||
-                     (wanted == kVelocity && target_velocity != nullptr);
-  if (!known || wanted == active) return;
+  if (!has(wanted) || wanted == active) return;
   active = wanted;
-  from = to = position;
+  from = to = goal = position;
+  targets.reset(commanded);
+}
+
+bool IdealDrives::Drive::has(OperationMode wanted) const noexcept {
+  switch (wanted) {
+    case OperationMode::kProfilePosition:
+      return target_position != nullptr && profile_velocity != nullptr;
+    case OperationMode::kInterpolatedPosition:
+      return interpolation_data != nullptr;
+    case OperationMode::kCyclicSynchronousPosition:
+      return target_position != nullptr;
+    case OperationMode::kProfileVelocity:
+    case OperationMode::kCyclicSynchronousVelocity:
+      return target_velocity != nullptr;
+    default:
+      return false;
+  }
 }
 
 void IdealDrives::Drive::step_power(ObjectDictionary& dictionary, nanoseconds dt) noexcept {
@@ -129,17 +145,45 @@ void IdealDrives::Drive::step_power(ObjectDictionary& dictionary, nanoseconds dt
   const bool reset = (control & control_word::kFaultReset) != 0;
   if (reset && !reset_bit && power.acknowledge()) set(dictionary, error_code, 0.0);
   reset_bit = reset;
-  interpolation_enabled = (control & control_word::kEnableIp) != 0;
+  commanded = control;
   power.step({.control_word = control, .power_ready = true, .standstill = true, .options = {}}, dt);
+}
+
+/// Whether the drive does not move whatever its targets are.
+bool IdealDrives::Drive::stands() const noexcept {
+  const bool by_profile = active == OperationMode::kProfilePosition || active == OperationMode::kProfileVelocity;
+  return !follows() || (interpolates() && (commanded & control_word::kEnableIp) == 0) ||
+         (by_profile && (commanded & control_word::kHalt) != 0);
+}
+
+/// A target that arrives while the drive is halted counts when it goes on (CiA 402-2).
+void IdealDrives::Drive::move_to_goal(const ObjectDictionary& dictionary, double dt_s) noexcept {
+  if (!follows()) {
+    goal = position;
+    return targets.reset(commanded);
+  }
+  const auto target = static_cast<std::uint32_t>(dictionary.raw(target_position->slot));
+  if (const auto next = targets.step(commanded, static_cast<std::int32_t>(target), position == goal)) {
+    const auto way = static_cast<std::int32_t>(target - static_cast<std::uint32_t>(wrapped(position)));
+    goal = next->relative ? goal + next->target : std::nearbyint(position) + way;
+  }
+  if (stands()) return;
+  const double most = number(dictionary, profile_velocity) * dt_s;
+  const double left = goal - position;
+  if (dt_s > 0.0) velocity = std::clamp(left, -most, most) / dt_s;
+  position = std::abs(left) <= most ? goal : position + std::copysign(most, left);
 }
 
 void IdealDrives::Drive::move(const ObjectDictionary& dictionary, nanoseconds now, nanoseconds dt) noexcept {
   velocity = 0.0;
-  if (!follows() || (interpolates() && !interpolation_enabled)) {
+  const double dt_s = duration<double>(dt).count();
+  if (active == OperationMode::kProfilePosition) {
+    move_to_goal(dictionary, dt_s);
+  } else if (stands()) {
     from = to = position;
-  } else if (active == OperationMode::kCyclicSynchronousVelocity) {
+  } else if (active == OperationMode::kCyclicSynchronousVelocity || active == OperationMode::kProfileVelocity) {
     velocity = number(dictionary, target_velocity);
-    position += velocity * duration<double>(dt).count();
+    position += velocity * dt_s;
   } else if (interpolates() || active == OperationMode::kCyclicSynchronousPosition) {
     const double part = interval.count() > 0 ? duration<double>(now - since) / duration<double>(interval) : 1.0;
     position = from + (to - from) * std::min(part, 1.0);
@@ -147,11 +191,28 @@ void IdealDrives::Drive::move(const ObjectDictionary& dictionary, nanoseconds no
   }
 }
 
+/// Bits 10 and 12 of the status word, as the mode has them.
+std::uint16_t IdealDrives::Drive::mode_bits() const noexcept {
+  if (!follows() || active == OperationMode::kNone) return 0;
+  std::uint16_t bits = 0;
+  switch (active) {
+    case OperationMode::kProfilePosition:
+      if (targets.acknowledged()) bits |= status_word::kSetpointAcknowledge;
+      if (stands() || position == goal) bits |= status_word::kTargetReached;
+      return bits;
+    case OperationMode::kProfileVelocity:
+      // It has the velocity of its target at once, or stands when it is halted.
+      bits = status_word::kTargetReached;
+      return velocity == 0.0 ? static_cast<std::uint16_t>(bits | status_word::kSpeedZero) : bits;
+    default:
+      static_assert(status_word::kTargetUsed == status_word::kIpActive);
+      return stands() ? std::uint16_t{0} : status_word::kTargetUsed;
+  }
+}
+
 void IdealDrives::Drive::publish(ObjectDictionary& dictionary) const noexcept {
   std::uint16_t status = status_bits(power.state()) | status_word::kVoltageEnabled | status_word::kRemote;
-  static_assert(status_word::kTargetUsed == status_word::kIpActive);
-  const bool moves = interpolates() ? interpolation_enabled : active != OperationMode::kNone;
-  if (follows() && moves) status |= status_word::kTargetUsed;
+  status |= mode_bits();
   set(dictionary, status_word, status);
   set(dictionary, mode_display, static_cast<double>(active));
   set(dictionary, actual_position, wrapped(position));

@@ -67,14 +67,30 @@ TEST(CanDescription, WhatANodeDoesNotTellIsNotExpected) {
 TEST(CanDescription, DrivesThatCannotBeAnAxisAreACommentWithTheReason) {
   auto without_scale = drive_node(5);
   without_scale.drive->increments_per_revolution.reset();
-  const FoundCanLine line{{drive_node(4, 0x05), without_scale, drive_node(6)}, "can0", 1'000'000, {}};
+  const FoundCanLine line{{drive_node(4, 0x20), without_scale, drive_node(6)}, "can0", 1'000'000, {}};
   const auto text = describe_can_line(line);
-  EXPECT_THAT(text,
-              HasSubstr("# node4 is left out: 6502h is 0x00000005: it has no interpolated position.\n# [[axis]]"));
+  EXPECT_THAT(
+      text, HasSubstr("# node4 is left out: 6502h is 0x00000020: it has no interpolated position, profile position or "
+                      "profile velocity.\n# [[axis]]"));
   EXPECT_THAT(text, HasSubstr("# node5 is left out: it does not report the scaling"));
   EXPECT_THAT(text, HasSubstr("mode = \"ip\"  # of ip, pp, hm by 6502h"));
   EXPECT_THAT(axes_of(line), ElementsAre("axis6"));
   EXPECT_EQ(config_of(line).axes.size(), 1U);
+}
+
+// 6502h: modes 1 and 3; mode 3 alone.
+TEST(CanDescription, DrivesWithoutInterpolatedPositionPlanTheirMotions) {
+  FoundCanLine line{{drive_node(4, 0x05), drive_node(6, 0x04), drive_node(8)}, "can0", 1'000'000, {}};
+  EXPECT_THAT(describe_can_line(line), HasSubstr("mode = \"pp\"  # of pp, pv by 6502h\n"));
+  EXPECT_THAT(describe_can_line(line), HasSubstr("mode = \"pv\"  # of pv by 6502h\n"));
+  EXPECT_FALSE(can_follow_path(line));
+  const auto config = config_of(line);
+  ASSERT_EQ(config.axes.size(), 3U);
+  EXPECT_EQ(config.axes[0].mode, motion::cia402::Mode::kProfilePosition);
+  EXPECT_EQ(config.axes[1].mode, motion::cia402::Mode::kProfileVelocity);
+  EXPECT_EQ(config.axes[2].mode, motion::cia402::Mode::kInterpolatedPosition);
+  line.nodes.erase(line.nodes.begin(), line.nodes.begin() + 2);
+  EXPECT_TRUE(can_follow_path(line));
 }
 
 TEST(CanDescription, ANodeThatDoesNotAnswerIsLeftOut) {

@@ -128,6 +128,26 @@ TEST(CanBusConfig, TheMasterHasTheHighestNodeIdThatIsFree) {
   EXPECT_EQ(parsed_line(last + "[[slave]]\nname = \"y\"\nnode = 126\n").can->master_node, 125);
 }
 
+/// An axis whose drive plans its motions has targets instead of setpoints; its PDOs do not go with SYNC.
+TEST(CanBusConfig, AnAxisInAProfileModeHasThePdosOfItsTargets) {
+  const auto config = parsed_line(
+      "[bus]\ntype = \"can\"\n[[slave]]\nname = \"x\"\n[[slave]]\nname = \"y\"\n[[axis]]\nname = \"x\"\nmode = "
+      "\"pp\"\n[[axis]]\nname = \"y\"\nmode = \"pv\"\n");
+  EXPECT_EQ(config.axes.at(0).mode, motion::cia402::Mode::kProfilePosition);
+  EXPECT_EQ(config.axes.at(1).mode, motion::cia402::Mode::kProfileVelocity);
+  const auto plan = make_master_plan(config);
+  const auto& x = plan.nodes.at(0).rpdos;
+  ASSERT_EQ(x.size(), 3U);
+  EXPECT_THAT(x[1].objects,
+              testing::ElementsAre(motion::MappedObject{0x607A, 0, 32}, motion::MappedObject{0x6081, 0, 32}));
+  EXPECT_THAT(x[2].objects, testing::ElementsAre(motion::MappedObject{0x60FF, 0, 32}));
+  for (const auto& rpdo : x) EXPECT_EQ(rpdo.exchange, canopen::PdoExchange::kOnChange) << rpdo.number;
+  EXPECT_EQ(plan.nodes[0].tpdos.at(0).exchange, canopen::PdoExchange::kWithSync);
+  const auto& y = plan.nodes.at(1).rpdos;
+  ASSERT_EQ(y.size(), 2U);
+  EXPECT_THAT(y[1].objects, testing::ElementsAre(motion::MappedObject{0x60FF, 0, 32}));
+}
+
 TEST(CanBusConfig, AxesFollowInInterpolatedPosition) {
   EXPECT_EQ(parsed_line(kPress).axes.at(0).mode, motion::cia402::Mode::kInterpolatedPosition);
 }
@@ -319,8 +339,25 @@ INSTANTIATE_TEST_SUITE_P(
                      ":7: [axis 1] mode: mode 9 is EtherCAT only (MSD manual 2077-2079); use interpolated position"},
         WrongCanLine{can_axis("mode = \"cst\"\n"),
                      ":7: [axis 1] mode: mode 10 is EtherCAT only (MSD manual 2077-2079); use interpolated position"},
-        WrongCanLine{can_axis("mode = \"pp\"\n"),
-                     ":7: [axis 1] mode: is \"pp\", \"ip\" (interpolated position) is expected"},
+        WrongCanLine{
+            can_axis("mode = \"vl\"\n"),
+            ":7: [axis 1] mode: is \"vl\", \"ip\" (interpolated position), \"pp\" (profile position) or \"pv\" "
+            "(profile velocity) is expected"},
+        WrongCanLine{can_axis("mode = \"pp\"\ngravity = 1\n"),
+                     ":5: [axis 1]: feed-forward of friction or gravity has no effect: a profile mode has no torque "
+                     "offset"},
+        WrongCanLine{
+            can_axis("mode = \"pp\"\n[path]\nfile = \"p.csv\"\n"),
+            ":8: path: needs axes that follow setpoints, but the drive of \"x\" plans its motions itself (mode "
+            "\"pp\"): it can be moved by requests to it alone"},
+        WrongCanLine{
+            can_axis("mode = \"pv\"\n[stream]\nsocket = \"s\"\n"),
+            ":8: stream: needs axes that follow setpoints, but the drive of \"x\" plans its motions itself (mode "
+            "\"pv\"): it can be moved by requests to it alone"},
+        WrongCanLine{can_axis("mode = \"pp\"\n[[virtual_axis]]\nname = \"v\"\nmax_velocity = 2\nmax_acceleration = "
+                              "20\n[[coupling]]\nslave = \"v\"\nmaster = \"x\"\nratio = [2, 3]\n"),
+                     ":12: coupling: needs axes that follow setpoints, but the drive of \"x\" plans its motions itself "
+                     "(mode \"pp\"): it can be moved by requests to it alone"},
         WrongCanLine{can_axis("gravity = 1\n"),
                      ":5: [axis 1]: feed-forward of friction or gravity has no effect: interpolated position has no "
                      "torque offset"},

@@ -94,6 +94,11 @@ TEST(DriveFacts, ModeThatTheDriveLacksIsRefusedWithThoseThatItHas) {
   axis.mode = Mode::kCyclicPosition;
   EXPECT_EQ(take(axis, facts), "");
   EXPECT_EQ(axis.supported_modes, 0xA1U);
+  axis.mode = Mode::kInterpolatedPosition;
+  EXPECT_EQ(
+      take(axis, facts),
+      "axis x: its drive does not support mode ip; according to 6502h it supports pp, hm, csp: with mode = \"pp\" "
+      "in the [[axis]] the drive plans its motions itself");
 }
 
 TEST(DriveFacts, PolarityThatTurnsHalfOfItIsRefused) {

@@ -47,8 +47,10 @@ double counts_per_unit(const AxisConfig& config) {
   return (config.reversed ? -1.0 : 1.0) / config.velocity_count;
 }
 
-/// Whether the drive follows setpoints in interpolated position mode only.
-bool only_interpolates(const AxisConfig& config) noexcept {
+/// Whether 607Ah and 60FFh are targets of profile modes alone: the drive plans the motions of the axis itself, or
+/// follows setpoints in interpolated position mode only.
+bool has_profile_targets_only(const AxisConfig& config) noexcept {
+  if (cia402::by_drive(config.mode)) return true;
   return config.mode == cia402::Mode::kInterpolatedPosition && config.supported_modes &&
          (*config.supported_modes & cia402::mode_bit(cia402::Mode::kCyclicPosition)) == 0;
 }
@@ -59,7 +61,7 @@ Cia402Link::Settings link_settings(const AxisConfig& config) {
           {config.limits.max_velocity, config.limits.max_acceleration, config.limits.max_acceleration,
            config.increments_per_unit, counts_per_unit(config)},
           needs_torque_offset(config),
-          only_interpolates(config)};
+          has_profile_targets_only(config)};
 }
 
 ModeChange::Settings change_settings(const AxisConfig& config) {
@@ -266,7 +268,8 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh,
   }
   const auto counts = drive_.read(image, fresh_, inputs_);
   passing_ = passing_ && !shows_mode();
-  const bool follows = shows_mode() && inputs_.follows;
+  // Bit 12 has another meaning where the drive plans the motion.
+  const bool follows = shows_mode() && (inputs_.follows || cia402::by_drive(mode_));
   followed_ = inputs_.state == snapshot::AxisState::kOperationEnabled && (followed_ || follows);
   count(counts.actual);
   if (compensation_ && fresh_) compensation_->update(cia402::by_position(mode_));

@@ -143,7 +143,7 @@ void Cia402Link::begin_homing() noexcept {
 
 void Cia402Link::begin_positioning(ProfileHandshake::Change change) noexcept {
   target_.start_position(change);
-  request_bits_ = target_.command_bits();
+  request_bits_ = target_.command_bits() | (request_bits_ & cia402::command_bit::kHalt);
 }
 
 void Cia402Link::begin_velocity() noexcept {
@@ -159,7 +159,9 @@ void Cia402Link::begin_velocity_on_ramp(double velocity) noexcept {
 
 ProfileHandshake::State Cia402Link::target_progress(std::chrono::nanoseconds since) noexcept {
   const auto state = target_.judge(status_word_, since);
-  request_bits_ = target_.command_bits();
+  // A drive that was halted would go on to its old target (CiA 402-2), so halt ends only when it has the new one.
+  const unsigned halt = target_.under_way() ? 0U : request_bits_ & cia402::command_bit::kHalt;
+  request_bits_ = static_cast<std::uint16_t>(target_.command_bits() | halt);
   return state;
 }
 

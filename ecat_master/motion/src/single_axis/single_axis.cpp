@@ -73,7 +73,8 @@ bool SingleAxis::off() const noexcept {
 void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
   if (axis_->inputs().state == snapshot::AxisState::kUnavailable) return forget_place();
   if (!exchanged_) return axis_->coast_on(period_s_);
-  const bool driven = axis_->enabled() && (powered() || power_ == Power::kEnabling) && !drive_moves();
+  const bool holds = !drive_moves() && axis_->config().mode != cia402::Mode::kProfileVelocity;
+  const bool driven = axis_->enabled() && (powered() || power_ == Power::kEnabling) && holds;
   const auto finding = watch_.judge(cycle_, axis_->inputs().position, setpoint_, driven, took);
   coast_.update(watch_.held(), axis_->inputs().velocity);
   axis_->hold_at(watch_.held(), coast_.velocity());

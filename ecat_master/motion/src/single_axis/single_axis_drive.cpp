@@ -94,11 +94,17 @@ bool SingleAxis::swings() noexcept {
 }
 
 /// Waits until the drive has reported standstill for a while: its first report may be older than the end of the
-/// movement.
+/// movement. A drive that stays in profile position would go on to its target when halt is cleared (CiA 402-2), so it
+/// gets the place where it stands as its next one.
 void SingleAxis::watch_interruption() noexcept {
   if (swings() || !axis_->drive().stands_still() || !exchanged_) still_since_ = cycle_;
   const auto settling = std::max<std::chrono::nanoseconds>(kDriveSettling, kUntilReported * settings_.period);
-  if (time_since(still_since_) >= settling) return leave_drive_mode();
+  if (time_since(still_since_) >= settling) {
+    const bool keeps_target = positions_by_drive(drive_command_) && return_mode_ == cia402::Mode::kProfilePosition;
+    if (!keeps_target) return leave_drive_mode();
+    drive_target_ = {axis_->inputs().position, 0.0, 0.0};
+    return start_profile();
+  }
   if (exceeded(drive_since_, settings_.quick_stop_time))
     fail(homes() ? AxisError::kHomingTimeout : AxisError::kTargetTimeout);
 }

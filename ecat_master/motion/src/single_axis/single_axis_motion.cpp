@@ -308,6 +308,9 @@ bool SingleAxis::plan_position(const Move& move) noexcept {
 /// motion waits, and the axis returns to it within its limits. The path of several axes waits for each of them.
 void SingleAxis::advance_motion(const AxisSetpoint* fed, bool waits) noexcept {
   if (by_drive_ != ByDrive::kNone) return advance_by_drive();
+  // In profile velocity a drive at rest holds no position, so it may drift.
+  const bool drifts = axis_->config().mode == cia402::Mode::kProfileVelocity;
+  if (drifts && !active_ && power_ == Power::kOn) return stay_at(axis_->inputs().position);
   if (search_ != Search::kNone) advance_search();
   if (torque_ == Torque::kEntering) enter_torque();
   if (torque_ == Torque::kLed) return advance_torque();

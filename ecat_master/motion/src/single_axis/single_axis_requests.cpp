@@ -61,6 +61,31 @@ bool may_replace_profile(AxisCommand command) noexcept {
   }
 }
 
+/// Whether the command needs setpoints, which an axis does not have whose drive plans its motions.
+bool needs_setpoints(AxisCommand command) noexcept {
+  switch (command) {
+    case AxisCommand::kMoveAdditive:
+    case AxisCommand::kMoveSuperimposed:
+    case AxisCommand::kHaltSuperimposed:
+    case AxisCommand::kFollow:
+    case AxisCommand::kTorque:
+    case AxisCommand::kSetOverride:
+    case AxisCommand::kSetMode:
+    case AxisCommand::kHomeByProbe:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// The same movement by the profile generator of the drive, where there is one.
+AxisRequest as_movement_of_drive(AxisRequest request) noexcept {
+  if (request.command == AxisCommand::kMoveAbsolute) request.command = AxisCommand::kDriveMoveAbsolute;
+  if (request.command == AxisCommand::kMoveRelative) request.command = AxisCommand::kDriveMoveRelative;
+  if (request.command == AxisCommand::kMoveVelocity) request.command = AxisCommand::kDriveMoveVelocity;
+  return request;
+}
+
 bool is_magnitude(double value) noexcept {
   return std::isfinite(value) && value >= 0.0;
 }
@@ -165,11 +190,13 @@ AxisError SingleAxis::refusal_of_torque(const AxisRequest& request) const noexce
 
 AxisError SingleAxis::refusal(const AxisRequest& request) const noexcept {
   if (request.command == AxisCommand::kPower && !request.on) return AxisError::kNone;
+  if (cia402::by_drive(axis_->config().mode) && needs_setpoints(request.command)) return AxisError::kMode;
   const auto by_state = refusal_by_state(request);
   return by_state != AxisError::kNone ? by_state : refusal_by_numbers(request);
 }
 
-void SingleAxis::take(std::uint64_t id, const AxisRequest& request) noexcept {
+void SingleAxis::take(std::uint64_t id, const AxisRequest& given) noexcept {
+  const auto request = cia402::by_drive(axis_->config().mode) ? as_movement_of_drive(given) : given;
   if (const auto error = refusal(request); error != AxisError::kNone) return finish(id, RequestPhase::kError, error);
   switch (request.command) {
     case AxisCommand::kPower:

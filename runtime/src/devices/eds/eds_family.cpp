@@ -6,6 +6,9 @@
 #include <algorithm>
 
 #include "devices/signal_reader.hpp"
+#include "driveline/bytes/endian.hpp"
+#include "driveline/esi/hex.hpp"
+#include "driveline/motion/drive/drive_objects.hpp"
 #include "driveline/slaves/device.hpp"
 #include "toml/named_file.hpp"
 
@@ -98,6 +101,18 @@ std::string EdsFileDevice::why_not_at(std::uint32_t bit_rate) const {
 std::optional<bool> EdsFileDevice::has_object(std::uint16_t index) const {
   const auto& objects = source_.model->file().device.objects;
   return std::any_of(objects.begin(), objects.end(), [index](const auto& object) { return object.index == index; });
+}
+
+std::optional<std::uint32_t> modes_in_sheet(const SlaveDevice& device, unsigned drive) {
+  constexpr std::uint16_t kSupportedModes = 0x6502;
+  const auto* known = dynamic_cast<const EdsFileDevice*>(&device);
+  if (known == nullptr) return std::nullopt;
+  const auto& file = known->source().model->file();
+  const esi::EntryAddress entry{motion::object_of_drive(kSupportedModes, drive), 0};
+  const auto value = esi::parse_hex(file.default_hex(entry, 1));
+  if (!value || value->size() != sizeof(std::uint32_t)) return std::nullopt;
+  const auto modes = bytes::load_le<std::uint32_t>(*value);
+  return modes == 0 ? std::nullopt : std::optional(modes);
 }
 
 std::shared_ptr<const SlaveDevice> EdsFamily::read(const DeviceTable& table) const {

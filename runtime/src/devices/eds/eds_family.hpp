@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
+
 #include "driveline/runtime/devices/device_registry.hpp"
 #include "driveline/slaves/canopen/eds_device.hpp"
 
@@ -27,6 +30,10 @@ class EdsFileDevice final : public SlaveDevice {
  private:
   Source source_;
 };
+
+/// Modes of a drive of the device by the value of 6502h in its data sheet, bit n for mode n + 1; none: the device is
+/// not known by a data sheet, or the sheet does not say.
+[[nodiscard]] std::optional<std::uint32_t> modes_in_sheet(const SlaveDevice& device, unsigned drive);
 
 /// Devices of a CAN line that are described only by an EDS or DCF: eds, with loop_back and [[slave.input]].
 class EdsFamily final : public DeviceFamily {

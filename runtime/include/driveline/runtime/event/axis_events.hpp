@@ -33,6 +33,7 @@ struct AxisRefusal {
     kOutside,         ///< `quantity` has the value `value`; `lowest` to `highest` are possible
     kTooLong,         ///< would last longer than trajectory::kLongestProfileSeconds; `highest` is reached by then
     kNoVelocityGain,  ///< neither inertia nor velocity gain: the master cannot close its loop in CST
+    kPlannedByDrive,  ///< the request needs setpoints, but the drive plans the motions of the axis
     kTooMany,         ///< more requests than the cycle can accept
     kByAxis,          ///< refused by the axis itself, with `error`
     kNoMaster,        ///< the line description has no [[coupling]] of the axis

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "driveline/slaves/cia402/power_state_machine.hpp"
+#include "driveline/slaves/cia402/setpoint_handshake.hpp"
 #include "driveline/slaves/od/object_dictionary.hpp"
 
 namespace driveline::slaves::generic {
@@ -17,9 +18,10 @@ namespace driveline::slaves::generic {
 [[nodiscard]] std::size_t count_drives(const DictionaryTable& table) noexcept;
 
 /// The CiA 402 drives of a device that is known by its description only. They have neither motor nor load: an enabled
-/// drive moves exactly as commanded, in cyclic synchronous position and velocity mode and in interpolated position
-/// mode, as far as its dictionary has 607Ah, 60FFh and 60C1h:01. A position setpoint is reached one exchange after its
-/// reception (linear interpolation), a velocity setpoint at once. Ramps take no time: a drive that is not enabled
+/// drive moves exactly as commanded, in cyclic synchronous position and velocity mode, in interpolated position mode,
+/// and in profile position and velocity mode, as far as its dictionary has 607Ah, 60FFh, 60C1h:01 and 6081h. A position
+/// setpoint is reached one exchange after its reception (linear interpolation), a velocity setpoint at once, the target
+/// of a profile at the velocity 6081h. Ramps take no time: a drive that is not enabled, or is halted on a profile,
 /// stands still.
 ///
 /// The values of the objects are those of the device's dictionary. Belongs to the thread that drives the line.
@@ -54,23 +56,30 @@ class IdealDrives {
     const EntryRow* target_position = nullptr;
     const EntryRow* interpolation_data = nullptr;
     const EntryRow* target_velocity = nullptr;
+    const EntryRow* profile_velocity = nullptr;
     const EntryRow* actual_position = nullptr;
     const EntryRow* actual_velocity = nullptr;
 
     PowerStateMachine power{};
     OperationMode active = OperationMode::kNone;
-    bool reset_bit = false;              ///< bit 7 of the control word in the last step
-    bool interpolation_enabled = false;  ///< bit 4 of the control word, for interpolated position mode
+    bool reset_bit = false;       ///< bit 7 of the control word in the last step
+    std::uint16_t commanded = 0;  ///< control word in the last step
+    SetpointHandshake targets{};  ///< of profile position mode
     // Increments, continuing beyond the range of the objects.
     double position = 0.0;
     double velocity = 0.0;                 ///< increments per second
     double from = 0.0;                     ///< position at the last exchange
     double to = 0.0;                       ///< position setpoint of the last exchange
+    double goal = 0.0;                     ///< target of profile position mode
     std::chrono::nanoseconds since{0};     ///< time of the last exchange
     std::chrono::nanoseconds interval{0};  ///< time between the last two exchanges
 
     [[nodiscard]] bool follows() const noexcept { return power.motion() == MotionCommand::kFollow; }
     [[nodiscard]] bool interpolates() const noexcept { return active == OperationMode::kInterpolatedPosition; }
+    [[nodiscard]] bool has(OperationMode wanted) const noexcept;
+    [[nodiscard]] bool stands() const noexcept;
+    [[nodiscard]] std::uint16_t mode_bits() const noexcept;
+    void move_to_goal(const ObjectDictionary& dictionary, double dt_s) noexcept;
     void step_power(ObjectDictionary& dictionary, std::chrono::nanoseconds dt) noexcept;
     void choose_mode(const ObjectDictionary& dictionary) noexcept;
     void move(const ObjectDictionary& dictionary, std::chrono::nanoseconds now, std::chrono::nanoseconds dt) noexcept;
