@@ -98,6 +98,9 @@ std::string what(const NodeError& error) {
                  ? "gave no sign of life any more"
                  : fmt::format("sent no boot-up message and did not answer within {} ms", error.waited_ms);
     case NodeErrorKind::kRequestFailed:
+      if (error.step == BootStep::kDeviceType && error.request && error.request->kind == ClientErrorKind::kNoAnswer) {
+        return fmt::format("sent its boot-up message, but its SDO server did not answer within {} ms", error.waited_ms);
+      }
       return fmt::format("{} failed{}", to_text(error.step), reason(error));
     case NodeErrorKind::kOtherDevice:
       return fmt::format("is another device: {} is 0x{:08X}, wanted is 0x{:08X}", entry_words(error.object),
@@ -124,6 +127,12 @@ std::string what(const NodeError& error) {
       return fmt::format("did not answer the remote frame of node guarding within {} ms", error.waited_ms);
     case NodeErrorKind::kNoPdo:
       return fmt::format("is Operational, but not all of its PDOs came within {} ms", error.waited_ms);
+    case NodeErrorKind::kShortPdo:
+      return fmt::format("{} is shorter than its mapping: {} bytes are expected, {} came", pdo_words(error),
+                         error.wanted, error.found);
+    case NodeErrorKind::kUnwatched:
+      return "nothing watches this node, as it has neither heartbeat nor node guarding: it counts as Operational until "
+             "a PDO of it that is due with SYNC fails";
     case NodeErrorKind::kBadPlan:
       return plan_words(error);
     case NodeErrorKind::kOtherMaster:

@@ -213,7 +213,8 @@ void NodeSupervisor::boot_failed(nanoseconds now) {
     joins_ = true;
     return;
   }
-  view_.phase = absent && seen_ ? NodePhase::kLost : NodePhase::kFailed;
+  const bool silent = absent || (error.kind == NodeErrorKind::kRequestFailed && error.step == BootStep::kDeviceType);
+  view_.phase = silent && seen_ ? NodePhase::kLost : NodePhase::kFailed;
   if (!watching_ || told_ == error) return;
   told_ = error;
   tell(MasterEvent::Kind::kRecoveryFailed, now).error = error;

@@ -42,6 +42,10 @@ NodeReport NodeTable::report(std::size_t node) const noexcept {
   report.lost = shared.lost.value();
   report.late = shared.late.value();
   report.wrong_length = shared.wrong_length.value();
+  const auto pdo = shared.short_pdo.load(std::memory_order_relaxed);
+  report.short_pdo = pdo.number;
+  report.short_bytes = pdo.bytes;
+  report.mapped_bytes = pdo.mapped;
   report.unsent = shared.unsent.value();
   return report;
 }
@@ -62,6 +66,12 @@ void NodeTable::begin_period() noexcept {
     }
     node.in_use = is_on(changes);
   }
+}
+
+void NodeTable::note_short(std::size_t node, ShortPdo pdo) noexcept {
+  static_assert(std::atomic<ShortPdo>::is_always_lock_free);
+  shared_[node].wrong_length.add();
+  shared_[node].short_pdo.store(pdo, std::memory_order_relaxed);
 }
 
 void NodeTable::note_unsent(std::size_t node) noexcept {

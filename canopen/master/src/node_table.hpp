@@ -45,7 +45,13 @@ class NodeTable {
   /// Takes over which nodes are operational, for the period that begins.
   void begin_period() noexcept;
   void note_late(std::size_t node) noexcept { shared_[node].late.add(); }
-  void note_wrong_length(std::size_t node) noexcept { shared_[node].wrong_length.add(); }
+  /// A TPDO of a node that was shorter than its mapping.
+  struct ShortPdo {
+    std::uint16_t number = 0;  ///< 0: none yet
+    std::uint8_t bytes = 0;    ///< that came
+    std::uint8_t mapped = 0;   ///< bytes of the mapping
+  };
+  void note_short(std::size_t node, ShortPdo pdo) noexcept;
   void note_unsent(std::size_t node) noexcept;
   /// Result of the judgement of a period.
   struct Verdict {
@@ -70,6 +76,7 @@ class NodeTable {
     rt::Counter lost;
     rt::Counter late;
     rt::Counter wrong_length;
+    std::atomic<ShortPdo> short_pdo{};
     rt::Counter unsent;
   };
 

@@ -31,6 +31,7 @@ TpdoInputs::TpdoInputs(const MasterPlan& plan, PdoImage& image, NodeTable& nodes
     by_identifier_[place.identifier] = static_cast<Place>(tpdos_.size());
     auto& tpdo = tpdos_.emplace_back();
     tpdo.node = place.node;
+    tpdo.number = place.number;
     tpdo.offset = place.offset;
     tpdo.meter = FrameMeter(Frame{{place.identifier, false}, FrameKind::kData, place.length});
     tpdo.length = place.length;
@@ -74,7 +75,7 @@ void TpdoInputs::take(Place place, const ReceivedFrame& received) noexcept {
   tally_.bits += as_planned ? tpdo.meter.bits(payload) : bit_count(frame);
   if (payload.size() < tpdo.length) {
     ++tally_.wrong_length;
-    nodes_.note_wrong_length(tpdo.node);
+    nodes_.note_short(tpdo.node, {tpdo.number, static_cast<std::uint8_t>(payload.size()), tpdo.length});
     return;
   }
   if (tpdo.due && (!sync_ || received.time < earliest_answer(frame, *sync_))) return note_stale(tpdo);

@@ -56,6 +56,7 @@ class TpdoInputs {
     std::size_t node = 0;
     std::size_t offset = 0;
     FrameMeter meter;
+    std::uint16_t number = 0;
     std::uint8_t length = 0;
     bool due = false;                                                    ///< after each SYNC
     bool came = false;                                                   ///< in this period

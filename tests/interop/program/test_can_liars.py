@@ -83,6 +83,8 @@ class Liars(CanMasterTest):
                 result, _, _ = self.runs(lie)
                 self.assertEqual(result.returncode, 1, result.stderr)
                 self.assertRegex(result.stderr.splitlines()[-1], says)
+                if lie == "short_pdo":
+                    self.assertIn("node 9 (x): TPDO 1 is shorter than its mapping: 6 bytes are expected, 3 came", result.stderr)
                 self.end_programs()
 
     @again_when_disturbed

@@ -104,6 +104,9 @@ TEST_P(CanCycleAnswers, AreJudgedBySync) {
   EXPECT_EQ(report.lost, 1 + row.lost);
   EXPECT_EQ(report.late, row.stale);
   EXPECT_EQ(report.wrong_length, row.wrong_length);
+  EXPECT_EQ(report.short_pdo, row.wrong_length > 0 ? 1U : 0U);
+  EXPECT_EQ(report.short_bytes, row.wrong_length > 0 ? 5U : 0U);
+  EXPECT_EQ(report.mapped_bytes, row.wrong_length > 0 ? 6U : 0U);
   EXPECT_EQ(report.stale_cycles, row.valid ? 0U : 2U);
   EXPECT_EQ(rig.cycle.bad_cycles(), row.valid ? 0U : 2U);
 }

@@ -47,6 +47,29 @@ TEST_F(CanMasterTest, BootsStartsAndShutsDown) {
   }
 }
 
+/// A TPDO of three bytes where six are mapped: told once, by its number.
+TEST_F(CanMasterTest, ATpdoThatIsShorterThanItsMappingIsNamedOnce) {
+  operate();
+  for (const auto after : {11ms, 31ms}) {
+    tool.send_at(clock.now() + after, Frame::of(0x184, bytes_test::hex("27 02 55")));
+  }
+  master->pass(60ms);
+  EXPECT_THAT(take_events(), ElementsAre(Kind::kNote));
+  EXPECT_EQ(describe(events[0], "y"), "node 4 (y): TPDO 1 is shorter than its mapping: 6 bytes are expected, 3 came");
+  EXPECT_EQ(master->cycle()->node_report(1).wrong_length, 2U);
+}
+
+TEST_F(CanMasterTest, ANodeThatNothingWatchesIsTold) {
+  plan.nodes[1].error_control = {};
+  make();
+  ASSERT_EQ(failure(master->boot()), "");
+  const auto notes = master->take_notes();
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_EQ(describe(notes[0], "y"),
+            "node 4 (y): nothing watches this node, as it has neither heartbeat nor node guarding: it counts as "
+            "Operational until a PDO of it that is due with SYNC fails");
+}
+
 TEST_F(CanMasterTest, ASecondBootWritesNothingThatTheNodesHave) {
   operate();
   ASSERT_EQ(failure(master->shut_down()), "");

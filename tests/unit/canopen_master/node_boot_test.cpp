@@ -129,6 +129,16 @@ TEST_F(NodeBootTest, SilentNodeGetsAnAbortAndIsAbsent) {
   EXPECT_THAT(bus.sent, ElementsAre("000#820A", "000#800A", "60A#4000100000000000", "60A#8000100000000405"));
 }
 
+/// Only its SDO server is silent: it is not said to be absent.
+TEST_F(NodeBootTest, ASilentSdoServerBehindABootUpMessageIsNamed) {
+  bus.add(10).mute = true;
+  const auto errors = boot();
+  ASSERT_EQ(errors.size(), 1U);
+  EXPECT_EQ(errors[0].kind, NodeErrorKind::kRequestFailed);
+  EXPECT_EQ(describe(errors[0], "x"),
+            "node 10 (x): sent its boot-up message, but its SDO server did not answer within 50 ms");
+}
+
 TEST_F(NodeBootTest, ANodeWithoutBootUpMessageIsFoundByItsAnswer) {
   bus.add(10).boots = false;
   EXPECT_THAT(boot(), IsEmpty());
@@ -147,7 +157,7 @@ TEST_F(NodeBootTest, ATimeOutIsAbortedAndNamed) {
   node.delay = 60ms;
   const auto errors = boot();
   ASSERT_EQ(errors.size(), 1U);
-  EXPECT_EQ(errors[0].kind, NodeErrorKind::kAbsent) << "it answers too late";
+  EXPECT_EQ(errors[0].kind, NodeErrorKind::kRequestFailed) << "it answers too late";
   EXPECT_EQ(bus.sent.back(), "60A#8000100000000405");
 }
 

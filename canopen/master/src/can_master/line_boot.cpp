@@ -81,6 +81,9 @@ void LineBoot::adopt_plans() {
   for (std::size_t i = 0; i < line_->size(); ++i) {
     plan_->nodes[i] = line_->node(i).plan();
     for (auto& note : line_->node(i).take_notes()) notes_.push_back(note);
+    const auto& control = plan_->nodes[i].error_control;
+    if (control.heartbeat.count() > 0 || control.guard_time.count() > 0) continue;
+    notes_.push_back({NodeErrorKind::kUnwatched, i, plan_->nodes[i].id, BootStep::kErrorControl});
   }
 }
 

@@ -21,22 +21,47 @@ void CanMaster::Parts::wait(nanoseconds duration) {
   }
 }
 
+/// The newest short TPDO of a node; none: there was none.
+std::optional<NodeError> CanMaster::Parts::short_pdo(std::size_t node) const {
+  const auto report = cycle->node_report(node);
+  if (report.short_pdo == 0) return std::nullopt;
+  NodeError error{NodeErrorKind::kShortPdo, node, plan.nodes[node].id, BootStep::kStart};
+  error.pdo = report.short_pdo;
+  error.wanted = report.mapped_bytes;
+  error.found = report.short_bytes;
+  return error;
+}
+
+void CanMaster::Parts::tell_short_pdos() {
+  short_told.resize(line->size());
+  for (std::size_t i = 0; i < line->size(); ++i) {
+    if (short_told[i]) continue;
+    if (const auto error = short_pdo(i)) {
+      short_told[i] = true;
+      tell_note(*error);
+    }
+  }
+}
+
+void CanMaster::Parts::tell_note(const NodeError& note) {
+  MasterEvent event;
+  event.kind = MasterEvent::Kind::kNote;
+  event.node = note.node;
+  event.id = note.id;
+  event.time = now();
+  event.error = note;
+  events.push_back(event);
+}
+
 void CanMaster::Parts::supervise() {
   if (!line) return;
   line->pump(bus(), now());
   for (std::size_t i = 0; i < line->size(); ++i) {
     auto& node = line->node(i);
     if (cycle) cycle->set_operational(i, node.operational());
-    for (auto& note : node.take_notes()) {
-      MasterEvent event;
-      event.kind = MasterEvent::Kind::kNote;
-      event.node = i;
-      event.id = node.plan().id;
-      event.time = now();
-      event.error = note;
-      events.push_back(event);
-    }
+    for (const auto& note : node.take_notes()) tell_note(note);
   }
+  if (cycle) tell_short_pdos();
   for (auto& event : line->take_events()) events.push_back(event);
   while (events.size() > kMostMasterEvents) events.pop_front();
 }
@@ -71,6 +96,10 @@ NodeErrors CanMaster::Parts::await_pdos() {
     if (!line->node(i).operational()) continue;
     const auto report = report_of(i);
     if (report.valid && report.heard) continue;
+    if (const auto error = report.valid ? std::nullopt : short_pdo(i)) {
+      errors.push_back(*error);
+      continue;
+    }
     NodeError error{NodeErrorKind::kNoPdo, i, plan.nodes[i].id, BootStep::kStart};
     error.waited_ms = static_cast<std::uint32_t>(settings.first_pdos.count() / 1'000'000);
     // A node may have nothing to tell in a PDO that is sent on change.

@@ -23,6 +23,10 @@ class CanMaster::Parts {
   /// Lets time pass, in which the cycle runs.
   void wait(std::chrono::nanoseconds duration);
   void supervise();
+  void tell_note(const NodeError& note);
+  [[nodiscard]] std::optional<NodeError> short_pdo(std::size_t node) const;
+  /// Tells each node once whose TPDO is shorter than its mapping.
+  void tell_short_pdos();
   /// Nodes that have failed since they were started.
   [[nodiscard]] NodeErrors start_errors() const;
   [[nodiscard]] NodeErrors await_pdos();
@@ -42,6 +46,7 @@ class CanMaster::Parts {
   std::unique_ptr<motion::CycleRunner> runner;
   std::deque<MasterEvent> events;
   NodeErrors notes;
+  std::vector<bool> short_told;  ///< by node
   bool cycling = false;
 };
 

@@ -125,7 +125,9 @@ void BootScript::configure() const {
 void BootScript::device_type() const {
   boot_->sdo_.read(kDeviceType.object, [self = *this](auto& result) {
     if (!result) {
-      const bool silent = result.error().kind == ClientErrorKind::kNoAnswer;
+      // A node that has just sent its boot-up message is there.
+      const bool heard = self.boot_->from_ == BootFrom::kBootUp;
+      const bool silent = !heard && result.error().kind == ClientErrorKind::kNoAnswer;
       auto error = self.error(silent ? NodeErrorKind::kAbsent : NodeErrorKind::kRequestFailed, kDeviceType.object);
       error.waited_ms = milliseconds_of(self.plan().timeouts.sdo);
       error.request = result.error();

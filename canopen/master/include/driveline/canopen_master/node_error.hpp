@@ -29,7 +29,7 @@ enum class BootStep : std::uint8_t {
 /// Why a node does not do what the plan wants.
 enum class NodeErrorKind : std::uint8_t {
   kAbsent,         ///< neither a boot-up message nor an answer within `waited_ms`
-  kRequestFailed,  ///< an SDO transfer failed: `request`
+  kRequestFailed,  ///< an SDO transfer failed: `request`; with kDeviceType after its boot-up message
   kOtherDevice,    ///< 1000h or 1018h has `found` instead of `wanted`
   kRefused,        ///< the node refuses to take `wanted` in `object`, where it has `found`: `request`
   kNotTaken,       ///< the node accepted `wanted` in `object`, and has `found` after that
@@ -41,7 +41,9 @@ enum class NodeErrorKind : std::uint8_t {
   kRestarts,       ///< sent boot-up messages again and again while it was configured
   kNoRemote,       ///< node guarding needs remote frames, which the adapter cannot carry
   kNoGuarding,     ///< the node did not answer a remote frame within `waited_ms`
-  kNoPdo,          ///< Operational, but PDO `pdo` did not come within `waited_ms`
+  kNoPdo,          ///< Operational, but not all of its PDOs came within `waited_ms`
+  kShortPdo,       ///< PDO `pdo` came with `found` bytes, `wanted` are mapped
+  kUnwatched,      ///< neither heartbeat nor node guarding: only its PDOs show whether it works
   kOtherMaster,    ///< the line has another master: `other`
   kBusDown,        ///< the adapter, its connection or the bus is gone
   kBadPlan,        ///< the plan cannot be carried out: `fault`

@@ -13,6 +13,9 @@ struct NodeReport {
   std::uint64_t lost = 0;          ///< TPDOs that were due and did not come
   std::uint64_t late = 0;          ///< TPDOs that came after the next SYNC, or twice
   std::uint64_t wrong_length = 0;  ///< TPDOs that were shorter than their mapping
+  std::uint16_t short_pdo = 0;     ///< number of the newest of them; 0: none
+  std::uint8_t short_bytes = 0;    ///< bytes that it had
+  std::uint8_t mapped_bytes = 0;   ///< bytes of its mapping
   std::uint64_t unsent = 0;        ///< RPDOs with SYNC that the adapter did not take
 };
 
