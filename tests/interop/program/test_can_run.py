@@ -2,9 +2,11 @@
 import json
 import re
 import signal
+import socket
 import subprocess
+import threading
 
-from program import AXES, DRIVELINE, EXAMPLES, PATIENCE_S, ProgramTest, patient
+from program import AXES, DRIVELINE, EXAMPLES, PATIENCE_S, ProgramTest, again_when_disturbed, patient
 
 CAN8 = EXAMPLES / "can8.toml"
 TWO = """
@@ -94,6 +96,83 @@ class CanLineOverSlcan(ProgramTest):
         self.assertEqual(document["faults"], [])
         line.send_signal(signal.SIGTERM)
         self.assertEqual(line.wait(PATIENCE_S), 0)
+
+
+    def run_at(self, port):
+        """A run along a path that has no end, which is following it."""
+        self.write("two.csv", "time[s],x[deg],y[rad]\n0,0,0\n0.5,30,1\n1,0,0\n")
+        config = self.write("two.toml", TWO.format(path=PATH + "repeat = true\n"))
+        run = self.start("run", "--config", config, "--iface", f"slcan:tcp:127.0.0.1:{port}", "--json", log="run.log")
+        self.wait_for("following the path", lambda: "following the path" in self.text("run.log"), run)
+        return run
+
+    def test_an_adapter_that_is_unplugged_ends_the_run(self):
+        self.write("served.toml", TWO.format(path=""))
+        line, port = self.serve(self.directory / "served.toml")
+        run = self.run_at(port)
+        line.kill()
+        self.assertEqual(run.wait(PATIENCE_S), 1, self.text("run.log"))
+        self.assertEqual(self.text("run.log").splitlines()[-1], "driveline run: the CAN adapter or its connection is gone")
+        self.assertNotIn("all in Pre-operational\n", self.text("run.log").split("all in Operational")[1], "nobody has heard it")
+
+    @again_when_disturbed
+    def test_garbage_of_the_adapter_is_passed_over(self):
+        """Between its lines an adapter sends bytes that are none of the protocol."""
+        self.write("served.toml", TWO.format(path=""))
+        _, port = self.serve(self.directory / "served.toml")
+        with GarbledConnection(port) as garbled:
+            run = self.run_at(garbled.port)
+            self.wait_for("some garbage", lambda: garbled.pieces >= 200, run)
+            run.send_signal(signal.SIGINT)
+            self.assertEqual(run.wait(PATIENCE_S), 0, self.text("run.log"))
+        document = self.one_document(self.text("run.log.out"))
+        self.assertEqual((document["faults"], document["state"]), ([], "Operational"))
+
+
+class GarbledConnection:
+    """A connection to a port, which puts garbage behind some lines that come from there."""
+
+    GARBAGE = (b"\x00\xff\xfe\r", b"t1\r", b"t99999\r", b"T0000018380011223344556677\r", b"\x07\x07", b"xyzzy\r", b"t1838\r")
+
+    def __init__(self, port):
+        self.pieces = 0
+        self.there = socket.create_connection(("127.0.0.1", port))
+        self.door = socket.create_server(("127.0.0.1", 0))
+        self.port = self.door.getsockname()[1]
+        self.thread = threading.Thread(target=self.serve, daemon=True)
+
+    def __enter__(self):
+        self.thread.start()
+        return self
+
+    def __exit__(self, *_):
+        for end in (self.there, self.door):
+            end.close()
+        self.thread.join(PATIENCE_S)
+
+    def serve(self):
+        here, _ = self.door.accept()
+        here.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        back = threading.Thread(target=self.pass_on, args=(here, self.there), daemon=True)
+        back.start()
+        try:
+            while data := self.there.recv(4096):
+                here.sendall(data)
+                if data.startswith(b"t") and data.endswith(b"\r"):
+                    here.sendall(self.GARBAGE[self.pieces % len(self.GARBAGE)])
+                    self.pieces += 1
+        except OSError:
+            pass
+        here.close()
+        back.join(PATIENCE_S)
+
+    @staticmethod
+    def pass_on(source, target):
+        try:
+            while data := source.recv(4096):
+                target.sendall(data)
+        except OSError:
+            pass
 
 
 class CanLinesThatAreRefused(ProgramTest):
