@@ -67,6 +67,9 @@ class LineBus {
   /// Returns the age of the inputs of a slave when they arrive. `slave`: number of its [[slave]]. Call after
   /// bring_up().
   [[nodiscard]] virtual std::chrono::nanoseconds input_age(std::size_t slave) const = 0;
+  /// Whether the drive of an axis of the description does not report its velocity, so that its samples get it from the
+  /// positions. Call after bring_up().
+  [[nodiscard]] virtual bool lacks_velocity(std::size_t /*axis*/) const { return false; }
   /// Starts the cycle and takes all slaves to operation. Errors: the thread of the cycle cannot start (kMachine), a
   /// slave does not get there (kLine).
   [[nodiscard]] virtual Result<void> start(const CycleParts& parts) = 0;

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "driveline/motion/cycle/cycle_runner.hpp"
+#include "driveline/motion/drive/axis_objects.hpp"
+#include "driveline/motion/drive/drive_objects.hpp"
 #include "driveline/runtime/event.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 
@@ -42,6 +44,14 @@ std::vector<motion::Axis> CanBus::make_axes() const {
     axes.emplace_back(axis, master_->image().place(axis.slave), master_->image().configuration(axis.slave));
   }
   return axes;
+}
+
+bool CanBus::lacks_velocity(std::size_t axis) const {
+  constexpr std::uint16_t kActualVelocity = 0x606C;
+  const auto& config = config_.axes[axis];
+  if (config.is_virtual()) return false;
+  const auto pdos = motion::pdos_of_drive(master_->image().configuration(config.slave), config.drive);
+  return !motion::object_offset(pdos.inputs, kActualVelocity, 32);
 }
 
 Result<void> CanBus::start(const CycleParts& parts) {

@@ -32,6 +32,7 @@ class CanBus final : public LineBus {
   [[nodiscard]] std::vector<motion::Axis> make_axes() const override;
   /// TPDOs have the values of their SYNC, and are used one period later, before the next one.
   [[nodiscard]] std::chrono::nanoseconds input_age(std::size_t /*slave*/) const override { return config_.period; }
+  [[nodiscard]] bool lacks_velocity(std::size_t axis) const override;
   [[nodiscard]] Result<void> start(const CycleParts& parts) override;
   [[nodiscard]] Result<void> start_services() override { return {}; }
 

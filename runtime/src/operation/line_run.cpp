@@ -81,7 +81,12 @@ Result<void> LineRun::prepare() {
 
 Result<void> LineRun::bring_up() {
   if (auto up = bus_.bring_up(settings_.force); !up) return up;
-  for (std::size_t i = 0; i < config_.axes.size(); ++i) recorder_->set_scale(i, config_.axes[i].increments_per_unit);
+  std::vector<double> unreported(config_.axes.size());
+  for (std::size_t i = 0; i < config_.axes.size(); ++i) {
+    recorder_->set_scale(i, config_.axes[i].increments_per_unit);
+    if (bus_.lacks_velocity(i)) unreported[i] = config_.axes[i].limits.max_velocity;
+  }
+  velocities_->estimate(unreported);
   if (auto* driven = settings_.tasks->make_source(config_)) settings_.source = driven;
   if (settings_.path) {
     if (auto made = make_motion(); !made) return made;

@@ -27,6 +27,7 @@
 #include "record/kept_ends.hpp"
 #include "record/recorder.hpp"
 #include "record/status_feed.hpp"
+#include "record/velocity_estimate.hpp"
 #include "telemetry/telemetry_service.hpp"
 
 namespace driveline::runtime {
@@ -120,6 +121,7 @@ class LineRun {
   std::unique_ptr<StatusFeed> feed_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<CycleFigures> figures_;
+  std::unique_ptr<VelocityEstimate> velocities_;
   std::vector<std::unique_ptr<GroupOutputs>> group_outputs_;  ///< null: the group has no outputs
   std::unique_ptr<LineMotion> motion_;
   std::unique_ptr<StreamService> stream_;     ///< for single axes with [stream]

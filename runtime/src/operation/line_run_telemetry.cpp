@@ -100,7 +100,9 @@ Result<void> LineRun::start_telemetry() {
   feed_ = std::make_unique<StatusFeed>(listeners, config_.period);
   std::vector<snapshot::SampleConsumer*> consumers{recorder_.get(), figures_.get(), feed_.get()};
   consumers.insert(consumers.end(), listeners.begin(), listeners.end());
-  drain_ = std::make_unique<snapshot::DrainThread>(line_ring_, axis_ring_, std::move(consumers),
+  velocities_ = std::make_unique<VelocityEstimate>(std::move(consumers));
+  drain_ = std::make_unique<snapshot::DrainThread>(line_ring_, axis_ring_,
+                                                   std::vector<snapshot::SampleConsumer*>{velocities_.get()},
                                                    snapshot::DrainConfig{.period = kDrainPeriod});
   if (auto started = drain_->start(); !started) return fail(ErrorKind::kMachine, describe(started.error()));
   return {};

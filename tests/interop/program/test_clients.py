@@ -2,11 +2,13 @@
 import bisect
 import csv
 import json
+import math
 import os
 import pathlib
 import re
 import shutil
 import signal
+import statistics
 import subprocess
 import sys
 import time
@@ -84,6 +86,68 @@ class ClientTest(ProgramTest):
 
     def samples(self, name, topic):
         return [sample for _, _, sample in read_recording.samples(self.directory / name, topic)]
+
+
+CAN_LINE = """
+[line]
+name = "cannery"
+[bus]
+type = "can"
+sync_ms = 4
+max_lost_ms = 2000
+[realtime]
+policy = "degrade"
+[telemetry]
+domain = {domain}
+decimation = 1
+[path]
+file = "turn.csv"
+interpolation = "linear"
+relative = true
+[[slave]]
+name = "first"
+node = 3
+[[slave]]
+name = "second"
+node = 7
+[[axis]]
+name = "x"
+slave = "first"
+unit = "deg"
+[[axis]]
+name = "y"
+slave = "second"
+"""
+
+
+class LineOnACanBus(ClientTest):
+    @again_when_disturbed
+    def test_top_echo_and_record_show_it_as_any_other(self):
+        """A steady turn: the drives send no velocity (606Ch), and it is there all the same."""
+        self.write("turn.csv", "time[s],x[deg],y[rad]\n0,0,0\n1,20,-1\n600,23980,-1199\n")
+        config = self.write("cannery.toml", CAN_LINE.format(domain=self.domain))
+        run = self.start("run", "--config", config, "--json", "--no-plots", log="run.log")
+        self.wait_for("following the path", lambda: "following the path" in self.text("run.log"), run)
+        record = self.record("cannery.mcap", "--duration", "2")
+        self.assertGreater(record[TELEMETRY]["samples"], 100)
+        turning = [sample for sample in self.samples("cannery.mcap", TELEMETRY)
+                   if sample["state"] == "AXIS_OPERATION_ENABLED" and abs(sample["target_velocity"]) > 0.5]
+        velocities = {name: [sample["actual_velocity"] for sample in turning if sample["name"] == name] for name in "xy"}
+        self.assertAlmostEqual(statistics.median(velocities["x"]), math.radians(40), delta=0.05)
+        self.assertAlmostEqual(statistics.median(velocities["y"]), -2.0, delta=0.1)
+        top = self.client("top", "--once", "--config", config)
+        self.assertEqual(top.returncode, 0, top.stderr)
+        self.assertRegex(top.stdout, r"(?m)\Acannery: OP, cycle \d+ of 4000 us$")
+        self.assertRegex(top.stdout, r"(?m)^x +-?\d+\.\d+ deg +(39|40)\.\d+ deg/s .*OPERATION ENABLED +IP$")
+        slaves = self.client("echo", "slave", "--count", 2, "--json")
+        told = {slave["name"]: slave for slave in map(json.loads, slaves.stdout.splitlines())}
+        self.assertEqual({name: slave["station_address"] for name, slave in told.items()}, {"first": 3, "second": 7})
+        for slave in told.values():
+            self.assertTrue(slave["answers"], slave)
+            self.assertEqual((slave["state"].rsplit("_", 1)[-1], slave["error"], slave["dc_clock"]), ("OP", False, False), slave)
+        document = self.end_run(run)
+        self.assertEqual(document["faults"], [])
+        self.assertGreater(document["can"]["bus_load_mean"], 0.05)
 
 
 class Echo(ClientTest):

@@ -1,13 +1,18 @@
 // A CAN line from its description to its report, on virtual time: path, requests, faults.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <functional>
 #include <iterator>
 
+#include "can/node_feed.hpp"
 #include "driveline/canopen_master/can_master.hpp"
+#include "driveline/runtime/can/can_session.hpp"
 #include "driveline/runtime/event.hpp"
 #include "driveline/runtime/line.hpp"
+#include "driveline/wire/al.hpp"
 #include "failure_of.hpp"
 #include "support/must.hpp"
 #include "support/temporary_directory.hpp"
@@ -226,6 +231,138 @@ TEST_F(CanRun, AnOptionalNodeThatIsMissingDoesNotHinderTheOthers) {
   const auto report = run(*line, {.duration_s = 10.0});
   EXPECT_THAT(listener.told, Contains(HasSubstr("slave 1 (y): is not connected")));
   EXPECT_EQ(failure_of(report), "");
+}
+
+/// The telemetry of a run, as its consumers get it.
+class Samples final : public snapshot::SampleConsumer {
+ public:
+  void lines(std::span<const snapshot::LineSample> samples) override {
+    line.insert(line.end(), samples.begin(), samples.end());
+  }
+  void axes(std::span<const snapshot::AxisSample> samples) override {
+    for (const auto& sample : samples) axis.at(sample.axis).push_back(sample);
+  }
+  std::vector<snapshot::LineSample> line;
+  std::array<std::vector<snapshot::AxisSample>, 2> axis;
+};
+
+/// The drives do not send 606Ch, so the velocity is that of the positions.
+TEST_F(CanRun, SamplesTellWhatAxesAndBusDo) {
+  write(directory / "two.csv", "time[s],x[deg],y[rad]\n0,0,0\n4,200,5\n8,0,0\n");
+  auto line = open(std::string(kTwoOnCan) + kTwoPath);
+  Samples samples;
+  line->add(samples);
+  EXPECT_EQ(failure_of(run(*line)), "");
+  ASSERT_GT(samples.line.size(), 4000U);
+  const auto& last = samples.line[samples.line.size() / 2];
+  EXPECT_EQ(last.expected_working_counter, 2U) << "one TPDO of each drive with SYNC";
+  EXPECT_EQ(last.working_counter, 2U);
+  EXPECT_GT(last.round_trip_ns, 0);
+  EXPECT_GT(last.bus_load, 0.15F);
+  EXPECT_LT(last.bus_load, 0.3F);
+  EXPECT_EQ(last.bus_receive_errors, 0U);
+  EXPECT_FALSE(last.dc_locked);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto& axis = samples.axis.at(i);
+    ASSERT_GT(axis.size(), 4000U) << i;
+    double way = axis.front().actual_position;
+    double fastest = 0.0;
+    for (std::size_t k = 1; k < axis.size(); ++k) {
+      way += axis[k].actual_velocity * static_cast<double>(axis[k].time_ns - axis[k - 1].time_ns) * 1e-9;
+      fastest = std::max(fastest, std::abs(axis[k].actual_velocity));
+    }
+    EXPECT_NEAR(way, axis.back().actual_position, 0.01) << i;
+    EXPECT_GT(fastest, 1.0) << i;
+    EXPECT_LT(fastest, 4.0) << i;
+  }
+}
+
+TEST_F(CanRun, SamplesTellTheErrorCountersOfTheAdapter) {
+  auto line = open(std::string(kTwoOnCan) + "[[fault]]\nat_ms = 3000\nkind = \"bit-error\"\nid = 0x185\ncount = 25\n");
+  Samples samples;
+  line->add(samples);
+  run(*line, {.duration_s = 4.0});
+  const auto disturbed = std::count_if(samples.line.begin(), samples.line.end(),
+                                       [](const auto& sample) { return sample.bus_receive_errors > 0; });
+  EXPECT_GT(disturbed, 0);
+  EXPECT_LT(disturbed, 500) << "good frames count down";
+}
+
+/// The nodes as top, DDS and recordings show them: each by its node-ID, with its identity and its state, also while it
+/// is gone and when it is back.
+TEST_F(CanRun, TheTelemetryHasTheNodesAndTheirStates) {
+  auto line = open(std::string(kTwoOnCan) +
+                   "[recovery]\naxes = \"hold\"\n[[fault]]\nat_ms = 3000\nfor_ms = 700\nkind = \"power-off\"\nslave = "
+                   "\"y\"\n");
+  CanListener listener;
+  std::optional<NodeFeed> feed;
+  std::vector<std::pair<bool, int>> states;  // of y: whether it answers, and its state
+  snapshot::FeedSlave x;
+  listener.on_look = [&](int look) {
+    if (!feed) feed.emplace(*line->can_master(), line->can_session()->clock());
+    if (!feed->poll(look == 1)) return;
+    ASSERT_EQ(feed->condition().slaves.size(), 2U);
+    x = feed->condition().slaves[0];
+    const auto& y = feed->condition().slaves[1];
+    const std::pair<bool, int> state(y.answers != 0, y.al_state);
+    if (states.empty() || states.back() != state) states.push_back(state);
+    if (look == 1) {
+      EXPECT_TRUE(feed->set_owners({"a script", ""}));
+      EXPECT_FALSE(feed->set_owners({"a script", ""}));
+      EXPECT_EQ(feed->condition().owners.at(0).name.view(), "a script");
+    }
+  };
+  line->observe(listener);
+  run(*line, {.duration_s = 8.0});
+  EXPECT_EQ(x.name.view(), "x");
+  EXPECT_EQ(x.device.view(), "node 5");
+  EXPECT_EQ(x.station, 5U);
+  EXPECT_EQ(x.vendor_id, line->config().slaves[0].device->identity().vendor_id);
+  EXPECT_EQ(x.product_code, line->config().slaves[0].device->identity().product_code);
+  EXPECT_EQ(x.parent, snapshot::kFeedParentMaster);
+  EXPECT_EQ(x.answers, 1U);
+  constexpr auto kOp = static_cast<int>(wire::AlState::kOp);
+  ASSERT_GE(states.size(), 3U);
+  EXPECT_EQ(states.front(), std::pair(true, kOp));
+  EXPECT_THAT(states, Contains(testing::Field(&std::pair<bool, int>::first, false)));
+  EXPECT_EQ(states.back(), std::pair(true, kOp));
+}
+
+/// The controller of an application drives an axis over CAN by positions.
+TEST_F(CanRun, AnOwnControllerDrivesAnAxis) {
+  constexpr double kWay = 0.75;   // rad
+  constexpr double kTurns = 2.5;  // rad/s
+  class Swing final : public Task {
+   public:
+    Result<void> prepare(const TaskSetup& setup) override {
+      axis_ = setup.axes[0];
+      return {};
+    }
+    void update(const motion::TaskCycle& now) noexcept override {
+      const double position = now.axes[axis_.number].inputs().position;
+      if (!axis_.drive->followed()) {
+        if (time_s_ == 0.0) rest_ = position;
+        return;
+      }
+      time_s_ += std::chrono::duration<double>(now.elapsed).count();
+      const double angle = kTurns * time_s_;
+      axis_.drive->command({rest_ + kWay * (1.0 - std::cos(angle)), kWay * kTurns * std::sin(angle), 0.0});
+      farthest = std::max(farthest, position - rest_);
+    }
+    double farthest = 0.0;
+
+   private:
+    TaskAxis axis_;
+    double rest_ = 0.0;
+    double time_s_ = 0.0;
+  };
+  auto line = open(kTwoOnCan);
+  Swing swing;
+  ASSERT_TRUE(line->add(swing, {.name = "swing", .timing = {.divider = 2}, .drives = {"x"}}));
+  const auto report = run(*line, {.duration_s = 4.0});
+  EXPECT_EQ(failure_of(report), "");
+  EXPECT_NEAR(swing.farthest, 1.5, 0.02);
+  EXPECT_LT(report.axes[0].following_error_max / report.axes[0].increments_per_unit, 0.05);
 }
 
 /// Copies and tasks see the process data by name.
