@@ -1,6 +1,7 @@
 """A CAN line that `run` drives: on virtual time, over slcan at a line that is served, and refusals."""
 import json
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -173,6 +174,40 @@ class GarbledConnection:
                 target.sendall(data)
         except OSError:
             pass
+
+
+class ExamplesOfEtherCat(ProgramTest):
+    """Examples of EtherCAT lines run on a CAN bus: only their tables [bus] differ, and the cycle where the bus is too slow for it."""
+
+    def run_on_can(self, name, script, cycle_us=None):
+        text = (EXAMPLES / f"{name}.toml").read_text(encoding="utf-8").replace("[bus]\n", '[bus]\ntype = "can"\n')
+        if cycle_us is not None:
+            text = re.sub(r"(?m)^cycle_us = \d+$", f"cycle_us = {cycle_us}", text)
+        self.write(f"{name}.toml", text)
+        for file in script, "contour.jsonl":
+            shutil.copy(EXAMPLES / file, self.directory)
+        result = self.run_program("run", "--config", self.directory / f"{name}.toml", "--virtual", "--no-plots", "--json", "--script",
+                                  self.directory / script)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = self.one_document(result.stdout)
+        self.assertEqual((document["faults"], document["state"]), ([], "Operational"))
+        self.assertEqual(document["can"]["lost_pdos"], 0)
+        return document, result.stderr
+
+    def test_a_group_draws_its_contour(self):
+        document, told = self.run_on_can("plotter", "plotter.txt")
+        self.assertEqual(document["axis_groups"], [{"name": "plotter", "axes": ["x", "y"], "state": "GroupDisabled", "owner": "script"}])
+        self.assertIn("script: group plotter: path", told)
+
+    def test_a_saw_follows_its_material_by_a_gear(self):
+        _, told = self.run_on_can("flying_saw", "flying_saw.txt", cycle_us=2000)
+        self.assertIn("axis saw: gear-in at=500mm to=60mm over=120mm", told)
+
+    def test_a_controller_by_torque_is_refused_with_what_to_use_instead(self):
+        text = (EXAMPLES / "own_controller.toml").read_text(encoding="utf-8")
+        self.write("own_controller.toml", '[bus]\ntype = "can"\n' + text)
+        result = self.run_program("run", "--config", self.directory / "own_controller.toml", "--virtual")
+        self.check_refused(result, 2, "own_controller.toml", "mode 10 is EtherCAT only (MSD manual 2077-2079); use interpolated position")
 
 
 class CanLinesThatAreRefused(ProgramTest):

@@ -294,6 +294,20 @@ class Stream(ProgramTest):
         run.send_signal(signal.SIGINT)
         run.wait(PATIENCE_S)
 
+    @undisturbed
+    def test_a_program_moves_axes_on_a_can_bus(self):
+        """In this process, in real time: a setpoint of a client is sent behind the next SYNC."""
+        text = LINE.replace("[bus]\n", '[bus]\ntype = "can"\n').replace("cycle_us = 125\n", "cycle_us = 2000\n")
+        self.write("can.toml", f'{text}[stream]\nsocket = "{self.socket}"\nusers = ["{NOBODY}"]\nkeep_alive_ms = {LONG_ALIVE_MS}\n')
+        run = self.start("run", "--config", self.directory / "can.toml", "--no-plots", "--json", log="run.log")
+        self.wait_for("live setpoints", lambda: f"live setpoints of x, y, z at {self.socket}" in self.text("run.log"), run)
+        self.check_client(500)
+        run.send_signal(signal.SIGINT)
+        self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
+        document = self.one_document(self.text("run.log.out"))
+        self.assertEqual((document["faults"], document["state"]), ([], "Operational"))
+        self.assertIn("can", document)
+
 
 if __name__ == "__main__":
     unittest.main()
