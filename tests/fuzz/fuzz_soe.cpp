@@ -53,7 +53,7 @@ void talk_to_drive(std::span<const std::byte> input) {
   drive.write_outputs(std::span(process_data).first(drive.outputs_size()));
   drive.read_inputs(process_data);
   // Any accepted value is within its limits.
-  const auto gain = bytes::load_le<std::uint16_t>(drive.find(0, {100})->value);
+  const auto gain = drive.values(0).raw(*drive.values(0).table().find({100}));
   if (gain < 1 || gain > 10000) std::abort();
 }
 

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <initializer_list>
 #include <string_view>
-#include <utility>
 
 #include "driveline/bytes/endian.hpp"
 
@@ -13,25 +11,34 @@ namespace {
 
 using wire::SoeAttribute;
 using wire::SoeDisplay;
-using Bytes = std::vector<std::byte>;
 
-constexpr wire::Idn kClass1Diagnostic{11};
-constexpr wire::Idn kInterfaceStatus{14};
 constexpr wire::Idn kAtList{16};
 constexpr wire::Idn kMdtList{24};
 constexpr wire::Idn kVelocityCommand{36};
 constexpr wire::Idn kVelocityFeedback{40};
 constexpr wire::Idn kPositionCommand{47};
 constexpr wire::Idn kPositionFeedback{51};
-constexpr wire::Idn kDiagnosticMessage{95};
+constexpr wire::Idn kResetClass1{99};
 constexpr wire::Idn kControlWord{134};
 constexpr wire::Idn kStatusWord{135};
-constexpr wire::Idn kAtChoice{187};
-constexpr wire::Idn kMdtChoice{188};
-/// Data of the MDT, and the data of the AT that follow them at once.
-constexpr std::array kFollowers = {std::pair{kControlWord, kStatusWord}, std::pair{kVelocityCommand, kVelocityFeedback},
-                                   std::pair{kPositionCommand, kPositionFeedback}};
-constexpr wire::Idn kResetClass1{99};
+
+/// Values that the drives use.
+struct Values : SlotNumbers {
+  constexpr Values() noexcept : SlotNumbers(0) {}
+  Slot<std::uint16_t> class1_diagnostic{next()};
+  Slot<std::uint16_t> interface_status{next()};
+  Slot<IdnList> at_list{next()};
+  Slot<IdnList> mdt_list{next()};
+  Slot<std::int32_t> velocity_command{next()};
+  Slot<std::int32_t> velocity_feedback{next()};
+  Slot<std::int32_t> position_command{next()};
+  Slot<std::int32_t> position_feedback{next()};
+  Slot<IdnList> diagnostic_message{next()};
+  Slot<IdnCommand> reset_class1{next()};
+  Slot<std::uint16_t> control_word{next()};
+  Slot<std::uint16_t> status_word{next()};
+};
+constexpr Values kValue{};
 
 /// Bit 12 of S-0-0011 and bit 4 of S-0-0014 (IEC 61800-7-204): communication fault, no master data received.
 constexpr std::uint16_t kCommunicationFault = 1U << 12;
@@ -47,162 +54,153 @@ constexpr std::uint16_t kLongestApplication = 512;
 constexpr std::uint8_t kOneByte = 0;
 constexpr std::uint8_t kTwoBytes = 1;
 constexpr std::uint8_t kFourBytes = 2;
+/// Bytes of the longest number.
+constexpr std::size_t kLongestNumber = 4;
 
-template <typename T>
-Bytes bytes_of(T value) {
-  const auto bytes = bytes::to_le_bytes(value);
-  return {bytes.begin(), bytes.end()};
-}
-
-SoeAttribute read_only(SoeAttribute attribute) {
+constexpr SoeAttribute read_only(SoeAttribute attribute) {
   attribute.pre_op_protected = attribute.safe_op_protected = attribute.op_protected = true;
   return attribute;
 }
 
+constexpr SoeAttribute of_pre_op(SoeAttribute attribute) {
+  attribute.safe_op_protected = attribute.op_protected = true;
+  return attribute;
+}
+
+constexpr SoeAttribute kWord{.length_code = kTwoBytes};
 constexpr SoeAttribute kFlags{.length_code = kTwoBytes, .display = SoeDisplay::kBinary};
 constexpr SoeAttribute kMotion{.length_code = kFourBytes, .display = SoeDisplay::kSigned, .decimals = 4};
 constexpr SoeAttribute kIdns{.length_code = kTwoBytes, .list = true, .display = SoeDisplay::kIdn};
+constexpr SoeAttribute kText{.length_code = kOneByte, .list = true, .display = SoeDisplay::kText};
+constexpr SoeAttribute kCommand{.length_code = kTwoBytes, .command = true, .display = SoeDisplay::kBinary};
 
-std::vector<SoeRow> rows_at_rest() {
-  return {
-      {.idn = {1},
-       .name = "NC cycle time (TNcyc)",
-       .attribute = {.length_code = kTwoBytes, .safe_op_protected = true, .op_protected = true},
-       .unit = "us",
-       .value = bytes_of<std::uint16_t>(1000),
-       .min = bytes_of<std::uint16_t>(125),
-       .max = bytes_of<std::uint16_t>(64000),
-       .preset = bytes_of<std::uint16_t>(1000)},
-      {.idn = kClass1Diagnostic,
-       .name = "Class 1 diagnostic",
-       .attribute = read_only(kFlags),
-       .value = bytes_of<std::uint16_t>(0)},
-      {.idn = kInterfaceStatus,
-       .name = "Interface status",
-       .attribute = read_only(kFlags),
-       .value = bytes_of<std::uint16_t>(0)},
-      {.idn = {17}, .name = "IDN list of all operation data", .attribute = read_only(kIdns)},
-      {.idn = kVelocityFeedback,
-       .name = "Velocity feedback value",
-       .attribute = read_only(kMotion),
-       .unit = "1/min",
-       .value = bytes_of<std::int32_t>(0)},
-      {.idn = kPositionFeedback,
-       .name = "Position feedback value 1",
-       .attribute = read_only(kMotion),
-       .unit = "deg",
-       .value = bytes_of<std::int32_t>(0)},
-      {.idn = kDiagnosticMessage,
-       .name = "Diagnostic message",
-       .attribute = read_only({.length_code = kOneByte, .list = true, .display = SoeDisplay::kText}),
-       .capacity = static_cast<std::uint16_t>(kFault.size())},
-      {.idn = kResetClass1,
-       .name = "Reset class 1 diagnostic",
-       .attribute = {.length_code = kTwoBytes, .command = true, .display = SoeDisplay::kBinary},
-       .value = bytes_of(wire::kSoeCommandCancel)},
-      {.idn = {100},
-       .name = "Velocity loop proportional gain",
-       .attribute = {.length_code = kTwoBytes},
-       .value = bytes_of<std::uint16_t>(100),
-       .min = bytes_of<std::uint16_t>(1),
-       .max = bytes_of<std::uint16_t>(10000),
-       .preset = bytes_of<std::uint16_t>(100)},
-      {.idn = {142},
-       .name = "Application type",
-       .attribute = {.length_code = kOneByte, .list = true, .display = SoeDisplay::kText},
-       .capacity = kLongestApplication},
-  };
+constexpr IdnRow datum(wire::Idn idn, std::string_view name, SoeAttribute attribute, std::string_view unit = {},
+                       std::uint8_t uses = idn_use::kNone) {
+  return {.idn = idn, .name = name, .attribute = attribute, .unit = unit, .uses = uses};
 }
 
-Bytes idn_list(std::initializer_list<wire::Idn> idns) {
-  Bytes list;
-  for (const auto idn : idns) {
-    const auto bytes = bytes::to_le_bytes(idn.raw);
-    list.insert(list.end(), bytes.begin(), bytes.end());
+constexpr IdnRow number(wire::Idn idn, std::string_view name, SoeAttribute attribute, std::string_view unit,
+                        double initial, double minimum, double maximum) {
+  auto row = datum(idn, name, attribute, unit);
+  row.initial = initial;
+  row.minimum = minimum;
+  row.maximum = maximum;
+  row.has_default = true;
+  return row;
+}
+
+constexpr IdnRow list(wire::Idn idn, std::string_view name, SoeAttribute attribute, std::size_t capacity) {
+  auto row = datum(idn, name, attribute);
+  row.capacity = static_cast<std::uint16_t>(capacity);
+  return row;
+}
+
+constexpr IdnRow selection(wire::Idn idn, std::string_view name, IdnSelection selection) {
+  auto row = datum(idn, name, read_only(kIdns));
+  row.selection = selection;
+  return row;
+}
+
+constexpr std::array kRowsAtRest = {
+    number({1}, "NC cycle time (TNcyc)", of_pre_op(kWord), "us", 1000, 125, 64000),
+    in_slot(kValue.class1_diagnostic, datum({11}, "Class 1 diagnostic", read_only(kFlags))),
+    in_slot(kValue.interface_status, datum({14}, "Interface status", read_only(kFlags))),
+    selection({17}, "IDN list of all operation data", IdnSelection::kAll),
+    in_slot(kValue.velocity_feedback,
+            datum(kVelocityFeedback, "Velocity feedback value", read_only(kMotion), "1/min", idn_use::kAt)),
+    in_slot(kValue.position_feedback,
+            datum(kPositionFeedback, "Position feedback value 1", read_only(kMotion), "deg", idn_use::kAt)),
+    in_slot(kValue.diagnostic_message, list({95}, "Diagnostic message", read_only(kText), kFault.size())),
+    in_slot(kValue.reset_class1, datum(kResetClass1, "Reset class 1 diagnostic", kCommand)),
+    number({100}, "Velocity loop proportional gain", kWord, {}, 100, 1, 10000),
+    list({142}, "Application type", kText, kLongestApplication),
+};
+
+constexpr std::array<std::uint16_t, 1> kFirstAt = {kPositionFeedback.raw};
+constexpr std::array<std::uint16_t, 1> kFirstMdt = {kPositionCommand.raw};
+/// Bytes of the longest list of cyclic data: velocity and position.
+constexpr std::size_t kLongestTelegram = 2 * sizeof(wire::Idn::raw);
+
+constexpr IdnRow telegram(wire::Idn idn, std::string_view name, std::span<const std::uint16_t> elements) {
+  auto row = list(idn, name, of_pre_op(kIdns), kLongestTelegram);
+  row.elements = elements;
+  return row;
+}
+
+/// Additional rows of drives whose process data are chosen by lists.
+constexpr std::array kCyclicRows = {
+    in_slot(kValue.at_list, telegram(kAtList, "Configuration list of AT", kFirstAt)),
+    in_slot(kValue.mdt_list, telegram(kMdtList, "Configuration list of MDT", kFirstMdt)),
+    in_slot(kValue.velocity_command,
+            datum(kVelocityCommand, "Velocity command value", read_only(kMotion), "1/min", idn_use::kMdt)),
+    in_slot(kValue.position_command,
+            datum(kPositionCommand, "Position command value", read_only(kMotion), "deg", idn_use::kMdt)),
+    in_slot(kValue.control_word, datum(kControlWord, "Master control word", read_only(kFlags))),
+    in_slot(kValue.status_word, datum(kStatusWord, "Drive status word", read_only(kFlags))),
+    selection({187}, "IDN list of configurable data in the AT", IdnSelection::kAt),
+    selection({188}, "IDN list of configurable data in the MDT", IdnSelection::kMdt),
+};
+
+const IdnTable& table_of(SoeDrives::ProcessData process_data) {
+  static const IdnTable kAtRest({kRowsAtRest}, kValue.end());
+  static const IdnTable kCyclic({kRowsAtRest, kCyclicRows}, kValue.end());
+  return process_data == SoeDrives::ProcessData::kByLists ? kCyclic : kAtRest;
+}
+
+/// Returns the IDN at the start of a list, and removes it.
+wire::Idn take_idn(std::span<const std::byte>& list) noexcept {
+  const wire::Idn idn{bytes::load_le<std::uint16_t>(list)};
+  list = list.subspan(sizeof(idn.raw));
+  return idn;
+}
+
+bool is_cyclic(const IdnRow* row, std::uint8_t use) noexcept {
+  return row != nullptr && (row->uses & use) != 0;
+}
+
+std::size_t size_of(const std::vector<std::vector<const IdnRow*>>& telegrams) noexcept {
+  std::size_t size = 0;
+  for (const auto& telegram : telegrams) {
+    for (const auto* row : telegram) size += row->attribute.element_size();
   }
-  return list;
-}
-
-/// Returns the additional rows of drives whose process data are chosen by lists.
-std::vector<SoeRow> cyclic_rows() {
-  auto of_pre_op = kIdns;
-  of_pre_op.safe_op_protected = of_pre_op.op_protected = true;
-  const auto at = idn_list({kVelocityFeedback, kPositionFeedback});
-  const auto mdt = idn_list({kVelocityCommand, kPositionCommand});
-  const auto longest = static_cast<std::uint16_t>(at.size());
-  return {
-      {.idn = kAtList,
-       .name = "Configuration list of AT",
-       .attribute = of_pre_op,
-       .value = idn_list({kPositionFeedback}),
-       .capacity = longest},
-      {.idn = kMdtList,
-       .name = "Configuration list of MDT",
-       .attribute = of_pre_op,
-       .value = idn_list({kPositionCommand}),
-       .capacity = longest},
-      {.idn = kVelocityCommand,
-       .name = "Velocity command value",
-       .attribute = read_only(kMotion),
-       .unit = "1/min",
-       .value = bytes_of<std::int32_t>(0)},
-      {.idn = kPositionCommand,
-       .name = "Position command value",
-       .attribute = read_only(kMotion),
-       .unit = "deg",
-       .value = bytes_of<std::int32_t>(0)},
-      {.idn = kControlWord,
-       .name = "Master control word",
-       .attribute = read_only(kFlags),
-       .value = bytes_of<std::uint16_t>(0)},
-      {.idn = kStatusWord,
-       .name = "Drive status word",
-       .attribute = read_only(kFlags),
-       .value = bytes_of<std::uint16_t>(0)},
-      {.idn = kAtChoice,
-       .name = "IDN list of configurable data in the AT",
-       .attribute = read_only(kIdns),
-       .value = at,
-       .capacity = longest},
-      {.idn = kMdtChoice,
-       .name = "IDN list of configurable data in the MDT",
-       .attribute = read_only(kIdns),
-       .value = mdt,
-       .capacity = longest},
-  };
-}
-
-std::vector<SoeRow> rows(SoeDrives::ProcessData process_data) {
-  auto rows = rows_at_rest();
-  if (process_data == SoeDrives::ProcessData::kNone) return rows;
-  for (auto& row : cyclic_rows()) rows.push_back(std::move(row));
-  std::sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.idn.raw < b.idn.raw; });
-  return rows;
+  return size;
 }
 
 }  // namespace
 
 SoeDrives::SoeDrives(std::size_t count, ProcessData process_data)
-    : SoeTable(std::vector<std::vector<SoeRow>>(count, rows(process_data))),
-      cyclic_(process_data == ProcessData::kByLists),
-      resets_over_(count) {
-  for (std::uint8_t drive = 0; has_drive(drive); ++drive) set_diagnosis(drive, kReady);
+    : IdnDictionary(std::vector<const IdnTable*>(count, &table_of(process_data))),
+      resets_over_(count),
+      mdts_(count),
+      ats_(count) {
+  for (std::uint8_t drive = 0; has_drive(drive); ++drive) {
+    set_diagnosis(drive, 0, 0, kReady);
+    if (process_data == ProcessData::kByLists) plan_telegrams(drive);
+  }
 }
 
-void SoeDrives::set(std::uint8_t drive, wire::Idn idn, std::uint16_t value) noexcept {
-  bytes::store_le(find(drive, idn)->value, value);
+void SoeDrives::plan_telegrams(std::uint8_t drive) {
+  const auto& known = values(drive);
+  const auto plan = [&known](wire::Idn word, std::span<const std::byte> list) {
+    Telegram telegram{known.table().find(word)};
+    while (!list.empty()) telegram.push_back(known.table().find(take_idn(list)));
+    return telegram;
+  };
+  mdts_[drive] = plan(kControlWord, known.get(kValue.mdt_list));
+  ats_[drive] = plan(kStatusWord, known.get(kValue.at_list));
 }
 
-void SoeDrives::set_diagnosis(std::uint8_t drive, std::string_view text) noexcept {
-  const auto bytes = std::as_bytes(std::span(text));
-  find(drive, kDiagnosticMessage)->value.assign(bytes.begin(), bytes.end());
+void SoeDrives::set_diagnosis(std::uint8_t drive, std::uint16_t class1, std::uint16_t interface_status,
+                              std::string_view text) noexcept {
+  auto& known = values(drive);
+  known.set(kValue.class1_diagnostic, class1);
+  known.set(kValue.interface_status, interface_status);
+  known.set(kValue.diagnostic_message, std::as_bytes(std::span(text)));
 }
 
 void SoeDrives::communication_failed() noexcept {
   for (std::uint8_t drive = 0; has_drive(drive); ++drive) {
-    set(drive, kClass1Diagnostic, kCommunicationFault);
-    set(drive, kInterfaceStatus, kNoMasterData);
-    set_diagnosis(drive, kFault);
+    set_diagnosis(drive, kCommunicationFault, kNoMasterData, kFault);
     say({drive, wire::Emergency{kEmergencyCode, kCommunicationError, {}}});
   }
 }
@@ -210,69 +208,65 @@ void SoeDrives::communication_failed() noexcept {
 /// The lists of cyclic data may contain only data that may be cyclic.
 SoeAnswer<void> SoeDrives::check_value(std::uint8_t drive, wire::Idn idn, std::span<const std::byte> value) {
   if (idn != kAtList && idn != kMdtList) return {};
-  const auto& known = find(drive, idn == kAtList ? kAtChoice : kMdtChoice)->value;
-  for (; !value.empty(); value = value.subspan(sizeof(wire::Idn::raw))) {
-    bool may_be = false;
-    for (auto rest = std::span<const std::byte>(known); !rest.empty(); rest = rest.subspan(sizeof(wire::Idn::raw))) {
-      may_be = may_be || bytes::load_le<std::uint16_t>(rest) == bytes::load_le<std::uint16_t>(value);
-    }
-    if (!may_be) return tl::unexpected(wire::SoeError::kValueInvalid);
+  const auto use = idn == kAtList ? idn_use::kAt : idn_use::kMdt;
+  while (!value.empty()) {
+    const auto* row = values(drive).table().find(take_idn(value));
+    if (!is_cyclic(row, use)) return tl::unexpected(wire::SoeError::kValueInvalid);
   }
   return {};
 }
 
-template <typename Visit>
-void SoeDrives::for_each_cyclic(wire::Idn word, wire::Idn list, Visit&& visit) noexcept {
-  for (std::uint8_t drive = 0; cyclic_ && has_drive(drive); ++drive) {
-    visit(find(drive, word)->value);
-    const auto& idns = find(drive, list)->value;
-    for (std::size_t at = 0; at < idns.size(); at += sizeof(wire::Idn::raw)) {
-      visit(find(drive, {bytes::load_le<std::uint16_t>(std::span(idns).subspan(at))})->value);
-    }
-  }
+void SoeDrives::written(std::uint8_t drive, wire::Idn idn) {
+  if (idn == kAtList || idn == kMdtList) plan_telegrams(drive);
 }
 
-std::size_t SoeDrives::outputs_size() noexcept {
-  std::size_t size = 0;
-  for_each_cyclic(kControlWord, kMdtList, [&size](const Bytes& value) { size += value.size(); });
-  return size;
+std::size_t SoeDrives::outputs_size() const noexcept {
+  return size_of(mdts_);
 }
 
-std::size_t SoeDrives::inputs_size() noexcept {
-  std::size_t size = 0;
-  for_each_cyclic(kStatusWord, kAtList, [&size](const Bytes& value) { size += value.size(); });
-  return size;
+std::size_t SoeDrives::inputs_size() const noexcept {
+  return size_of(ats_);
 }
 
 void SoeDrives::write_outputs(std::span<const std::byte> data) noexcept {
-  for_each_cyclic(kControlWord, kMdtList, [&data](Bytes& value) {
-    const auto part = data.first(std::min(data.size(), value.size()));
-    std::copy(part.begin(), part.end(), value.begin());
-    data = data.subspan(part.size());
-  });
+  for (std::uint8_t drive = 0; has_drive(drive); ++drive) {
+    for (const auto* row : mdts_[drive]) {
+      std::array<std::byte, kLongestNumber> bytes{};
+      const auto value = std::span(bytes).first(row->attribute.element_size());
+      raw_to_bytes(values(drive).raw(*row), value);
+      const auto part = data.first(std::min(data.size(), value.size()));
+      std::copy(part.begin(), part.end(), value.begin());
+      values(drive).set_raw(*row, raw_from_bytes(row->attribute, value));
+      data = data.subspan(part.size());
+    }
+  }
   follow_commands();
 }
 
 void SoeDrives::clear_outputs() noexcept {
-  for_each_cyclic(kControlWord, kMdtList, [](Bytes& value) { std::fill(value.begin(), value.end(), std::byte{0}); });
+  for (std::uint8_t drive = 0; has_drive(drive); ++drive) {
+    for (const auto* row : mdts_[drive]) values(drive).set_raw(*row, 0);
+  }
   follow_commands();
 }
 
 void SoeDrives::follow_commands() noexcept {
-  for (std::uint8_t drive = 0; cyclic_ && has_drive(drive); ++drive) {
-    for (const auto& [from, to] : kFollowers) {
-      const auto& command = find(drive, from)->value;
-      std::copy(command.begin(), command.end(), find(drive, to)->value.begin());
-    }
+  for (std::uint8_t drive = 0; has_drive(drive); ++drive) {
+    auto& known = values(drive);
+    known.set(kValue.status_word, known.get(kValue.control_word));
+    known.set(kValue.velocity_feedback, known.get(kValue.velocity_command));
+    known.set(kValue.position_feedback, known.get(kValue.position_command));
   }
 }
 
-void SoeDrives::read_inputs(std::span<std::byte> data) noexcept {
-  for_each_cyclic(kStatusWord, kAtList, [&data](const Bytes& value) {
-    const auto size = std::min(data.size(), value.size());
-    std::copy_n(value.begin(), size, data.begin());
-    data = data.subspan(size);
-  });
+void SoeDrives::read_inputs(std::span<std::byte> data) const noexcept {
+  for (std::uint8_t drive = 0; has_drive(drive); ++drive) {
+    for (const auto* row : ats_[drive]) {
+      const auto part = data.first(std::min(data.size(), row->attribute.element_size()));
+      raw_to_bytes(values(drive).raw(*row), part);
+      data = data.subspan(part.size());
+    }
+  }
 }
 
 /// The only procedure command is the reset.
@@ -290,10 +284,8 @@ void SoeDrives::advance(std::uint8_t drive) noexcept {
   auto& over = resets_over_[drive];
   if (!over || now_ < *over) return;
   over.reset();
-  if (find(drive, kResetClass1)->state != wire::SoeCommandState::kInProgress) return;
-  set(drive, kClass1Diagnostic, 0);
-  set(drive, kInterfaceStatus, 0);
-  set_diagnosis(drive, kReady);
+  if (values(drive).get(kValue.reset_class1).state != wire::SoeCommandState::kInProgress) return;
+  set_diagnosis(drive, 0, 0, kReady);
   end_command(drive, kResetClass1, wire::SoeCommandState::kExecuted);
 }
 

@@ -7,5 +7,4 @@ target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/mailbox_server.cpp
   ${CMAKE_CURRENT_LIST_DIR}/sdo_information.cpp
   ${CMAKE_CURRENT_LIST_DIR}/sdo_server.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/soe_server.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/soe_table.cpp)
+  ${CMAKE_CURRENT_LIST_DIR}/soe_server.cpp)

@@ -2,15 +2,17 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
 #include <map>
 #include <string>
 
-#include "driveline/slaves/mailbox/soe_table.hpp"
+#include "driveline/slaves/idn/idn_dictionary.hpp"
 
 namespace driveline::slaves {
 namespace {
 
 using testing::ElementsAre;
+using testing::ElementsAreArray;
 using testing::IsEmpty;
 using wire::SoeError;
 using Bytes = std::vector<unsigned>;
@@ -21,38 +23,51 @@ std::vector<std::byte> to_bytes(const Bytes& values) {
   return bytes;
 }
 
+constexpr Slot<std::uint16_t> kTime{0};
+constexpr Slot<IdnList> kList{1};
+
+const IdnTable& first_drive() {
+  static const std::array kRows = {
+      in_slot(kTime, {.idn = {1},
+                      .name = "Time",
+                      .attribute = {.op_protected = true},
+                      .unit = "us",
+                      .initial = 50,
+                      .minimum = 10,
+                      .maximum = 512,
+                      .has_default = true}),
+      IdnRow{.idn = {0x8002},
+             .attribute = {.length_code = 0, .display = wire::SoeDisplay::kSigned},
+             .minimum = -2,
+             .maximum = 1},
+      IdnRow{.idn = {17},
+             .name = "All",
+             .attribute = {.list = true,
+                           .display = wire::SoeDisplay::kIdn,
+                           .pre_op_protected = true,
+                           .safe_op_protected = true,
+                           .op_protected = true},
+             .selection = IdnSelection::kAll},
+      in_slot(kList, {.idn = {0x8003}, .name = "List", .attribute = {.length_code = 1, .list = true}, .capacity = 40}),
+      IdnRow{.idn = {99}, .name = "Go", .attribute = {.command = true, .display = wire::SoeDisplay::kBinary}}};
+  static const IdnTable kTable({kRows}, 2);
+  return kTable;
+}
+
+const IdnTable& second_drive() {
+  static const std::array kRows = {IdnRow{.idn = {1}, .name = "N", .initial = 7}};
+  static const IdnTable kTable({kRows}, 0);
+  return kTable;
+}
+
 /// Two drives with a number, a list and a procedure command.
-class Table final : public SoeTable {
+class Table final : public IdnDictionary {
  public:
-  Table() : SoeTable({rows(), {{.idn = {1}, .name = "N", .attribute = {}, .value = to_bytes({7, 0})}}}) {}
+  Table() : IdnDictionary({&first_drive(), &second_drive()}) { values(0).set(kTime, std::uint16_t{100}); }
   int started = 0;
   std::optional<SoeError> refusal;
 
  private:
-  static std::vector<SoeRow> rows() {
-    wire::SoeAttribute constant{.list = true, .display = wire::SoeDisplay::kIdn};
-    constant.pre_op_protected = constant.safe_op_protected = constant.op_protected = true;
-    return {{.idn = {1},
-             .name = "Time",
-             .attribute = {.op_protected = true},
-             .unit = "us",
-             .value = to_bytes({100, 0}),
-             .min = to_bytes({10, 0}),
-             .max = to_bytes({0, 2}),
-             .preset = to_bytes({50, 0})},
-            {.idn = {17}, .name = "All", .attribute = constant},
-            {.idn = {0x8002},
-             .name = "",
-             .attribute = {.length_code = 0, .display = wire::SoeDisplay::kSigned},
-             .value = to_bytes({0}),
-             .min = to_bytes({0xFE}),
-             .max = to_bytes({1})},
-            {.idn = {0x8003}, .name = "List", .attribute = {.length_code = 1, .list = true}, .capacity = 40},
-            {.idn = {99},
-             .name = "Go",
-             .attribute = {.command = true, .display = wire::SoeDisplay::kBinary},
-             .value = to_bytes({0, 0})}};
-  }
   SoeAnswer<void> start_command(std::uint8_t, wire::Idn) override {
     ++started;
     if (refusal) return tl::unexpected(*refusal);
@@ -127,13 +142,13 @@ TEST(SoeServer, SendsInFragmentsWhatDoesNotFit) {
   EXPECT_THAT(rig.more(), IsEmpty());
   // The list of all: 4 + 10 bytes.
   EXPECT_THAT(rig.ask({1, 0x40, 17, 0}), ElementsAre(0x0A, 0x40, 1, 0, 10, 0, 10, 0, 1, 0, 17, 0));
-  EXPECT_THAT(rig.more(), ElementsAre(0x02, 0x40, 17, 0, 2, 0x80, 3, 0x80, 99, 0));
+  EXPECT_THAT(rig.more(), ElementsAre(0x02, 0x40, 17, 0, 99, 0, 2, 0x80, 3, 0x80));
 }
 
 TEST(SoeServer, AnAnswerThatFillsItsMailsHasNoEmptyOne) {
   SoeRig rig;
   for (const std::size_t size : {7U, 8U, 9U, 15U, 16U, 17U}) {
-    rig.table.find(0, {0x8003})->value.assign(size - 4, std::byte{0x5A});
+    rig.table.values(0).set(kList, std::vector(size - 4, std::byte{0x5A}));
     auto answer = rig.ask({1, 0x40, 3, 0x80});
     std::size_t bytes = 0;
     std::size_t mails = 0;
@@ -149,7 +164,7 @@ TEST(SoeServer, AnAnswerThatFillsItsMailsHasNoEmptyOne) {
 TEST(SoeServer, TakesAWriteInOneMail) {
   SoeRig rig;
   EXPECT_THAT(rig.ask({3, 0x40, 1, 0, 0x2C, 0x01}), ElementsAre(4, 0x40, 1, 0));
-  EXPECT_EQ(rig.table.find(0, {1})->value, to_bytes({0x2C, 0x01}));
+  EXPECT_EQ(rig.table.values(0).get(kTime), 300);
 }
 
 TEST(SoeServer, TakesAWriteInFragmentsAsMastersCountThem) {
@@ -159,7 +174,7 @@ TEST(SoeServer, TakesAWriteInFragmentsAsMastersCountThem) {
       Bytes data{size, 0, size, 0};
       for (unsigned i = 0; i < size; ++i) data.push_back(i);
       EXPECT_EQ(rig.write_list(data, count_more), kWritten) << size;
-      EXPECT_EQ(rig.table.find(0, {0x8003})->value, to_bytes(Bytes(data.begin() + 4, data.end())));
+      EXPECT_THAT(rig.table.values(0).get(kList), ElementsAreArray(to_bytes(Bytes(data.begin() + 4, data.end()))));
     }
   }
 }
@@ -178,7 +193,7 @@ TEST(SoeServer, AFragmentThatIsMissingOrForeignSpoilsTheWrite) {
     for (const auto& fragment : fragments) EXPECT_THAT(rig.ask(fragment), IsEmpty());
     EXPECT_EQ(rig.ask(end), general);
   }
-  EXPECT_TRUE(rig.table.find(0, {0x8003})->value.empty());
+  EXPECT_TRUE(rig.table.values(0).get(kList).empty());
   EXPECT_EQ(rig.write_list({2, 0, 2, 0, 1, 2}), kWritten) << "and then it works";
 }
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "driveline/slaves/mailbox/soe_table.hpp"
+#include "driveline/slaves/idn/idn_dictionary.hpp"
 
 namespace driveline::slaves::generic {
 
@@ -16,7 +16,7 @@ namespace driveline::slaves::generic {
 /// 0100 and 0142. With process data also S-0-0016 and S-0-0024, which list the cyclic data and are writable in PREOP,
 /// S-0-0187 and S-0-0188, which list the data that may be cyclic, and S-0-0036, 0047, 0134 and 0135. Where the standard
 /// leaves type, limits and default to the manufacturer, they are ours.
-class SoeDrives final : public SoeTable {
+class SoeDrives final : public IdnDictionary {
  public:
   /// Duration of S-0-0099 (reset class 1 diagnostic).
   static constexpr std::chrono::milliseconds kResetTime{2};
@@ -33,13 +33,13 @@ class SoeDrives final : public SoeTable {
   explicit SoeDrives(std::size_t count, ProcessData process_data = ProcessData::kNone);
 
   /// Returns the bytes of the MDTs of all drives: for each, its master control word and the data in S-0-0024. \rtsafe
-  [[nodiscard]] std::size_t outputs_size() noexcept;
+  [[nodiscard]] std::size_t outputs_size() const noexcept;
   /// Returns the bytes of the ATs of all drives: for each, its drive status word and the data in S-0-0016. \rtsafe
-  [[nodiscard]] std::size_t inputs_size() noexcept;
+  [[nodiscard]] std::size_t inputs_size() const noexcept;
   /// Receives the MDTs of all drives in order; a drive follows its commands at once. \rtsafe
   void write_outputs(std::span<const std::byte> data) noexcept;
   /// Writes the ATs of all drives in order. \rtsafe
-  void read_inputs(std::span<std::byte> data) noexcept;
+  void read_inputs(std::span<std::byte> data) const noexcept;
   /// Sets all data of the MDTs to 0. \rtsafe
   void clear_outputs() noexcept;
 
@@ -50,21 +50,25 @@ class SoeDrives final : public SoeTable {
   void advance(std::chrono::nanoseconds now) noexcept;
 
  private:
+  /// Data of a telegram of a drive in their order; the first is its control or status word.
+  using Telegram = std::vector<const IdnRow*>;
+
   [[nodiscard]] SoeAnswer<void> start_command(std::uint8_t drive, wire::Idn idn) override;
   [[nodiscard]] SoeAnswer<void> check_value(std::uint8_t drive, wire::Idn idn,
                                             std::span<const std::byte> value) override;
-  /// Calls `visit` with the value of each operation datum in a telegram, in its order.
-  template <typename Visit>
-  void for_each_cyclic(wire::Idn word, wire::Idn list, Visit&& visit) noexcept;
+  void written(std::uint8_t drive, wire::Idn idn) override;
+  void plan_telegrams(std::uint8_t drive);
   void follow_commands() noexcept;
-  void set(std::uint8_t drive, wire::Idn idn, std::uint16_t value) noexcept;
-  void set_diagnosis(std::uint8_t drive, std::string_view text) noexcept;
+  void set_diagnosis(std::uint8_t drive, std::uint16_t class1, std::uint16_t interface_status,
+                     std::string_view text) noexcept;
   void advance(std::uint8_t drive) noexcept;
 
-  bool cyclic_;
   std::chrono::nanoseconds now_{0};
   /// End of the reset in progress, by drive; nullopt: none.
   std::vector<std::optional<std::chrono::nanoseconds>> resets_over_;
+  /// Telegrams by drive, made anew when their lists are written; empty without process data.
+  std::vector<Telegram> mdts_;
+  std::vector<Telegram> ats_;
 };
 
 }  // namespace driveline::slaves::generic

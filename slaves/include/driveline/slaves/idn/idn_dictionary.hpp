@@ -5,38 +5,26 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
+#include "driveline/slaves/idn/idn_values.hpp"
 #include "driveline/slaves/mailbox/soe_parameters.hpp"
-#include "driveline/wire/soe.hpp"
 
 namespace driveline::slaves {
 
-/// An operation datum with its elements.
-struct SoeRow {
-  wire::Idn idn;                    ///< number of the operation datum
-  std::string name;                 ///< empty: none
-  wire::SoeAttribute attribute;     ///< length, display, write protection
-  std::string unit{};               ///< empty: none
-  std::vector<std::byte> value{};   ///< little endian; of a list, its content without the list header
-  std::vector<std::byte> min{};     ///< empty: none
-  std::vector<std::byte> max{};     ///< empty: none
-  std::vector<std::byte> preset{};  ///< default value; empty: none
-  std::uint16_t capacity = 0;       ///< maximum size of a list in bytes
-  wire::SoeCommandState state{};    ///< data state, of a procedure command
-};
-
-/// Table of the operation data of a device's drives. Checks lengths, limits and write protection of the master's
-/// writes, and stores the data state of procedure commands. S-0-0017, if present, is set to the list of all operation
-/// data of the drive.
-class SoeTable : public SoeParameters {
+/// Operation data of a device's drives: elements by IDN with all checks of the table for the master, and values by
+/// typed slot for the application. Checks lengths, limits and write protection of the master's writes, and stores the
+/// data states of procedure commands.
+class IdnDictionary : public SoeParameters {
  public:
-  /// Rows of each drive, for at most eight drives.
-  explicit SoeTable(std::vector<std::vector<SoeRow>> drives);
+  /// Table of each drive, for at most eight drives. Allocates the memory of all values in advance; the tables must
+  /// outlive this.
+  explicit IdnDictionary(const std::vector<const IdnTable*>& drives);
 
-  /// Returns the row; null: there is none. Its value may be set; a list has memory for its capacity. \rtsafe
-  [[nodiscard]] SoeRow* find(std::uint8_t drive, wire::Idn idn) noexcept;
+  /// Returns the values of a drive. Precondition: has_drive(drive). \rtsafe
+  [[nodiscard]] IdnValues& values(std::uint8_t drive) noexcept { return drives_[drive]; }
+  /// See values() above; read only. \rtsafe
+  [[nodiscard]] const IdnValues& values(std::uint8_t drive) const noexcept { return drives_[drive]; }
   /// Ends a procedure command in progress and notifies the master; other commands do not change. \rtsafe
   void end_command(std::uint8_t drive, wire::Idn idn, wire::SoeCommandState state) noexcept;
   /// Queues a message for the master; when the queue is full, the oldest message is dropped. \rtsafe
@@ -55,15 +43,18 @@ class SoeTable : public SoeParameters {
                                                     std::span<const std::byte> /*value*/) {
     return {};
   }
+  /// Called after a value that is no procedure command has been stored.
+  virtual void written(std::uint8_t /*drive*/, wire::Idn /*idn*/) {}
 
  private:
   /// Capacity of the message queue.
   static constexpr std::size_t kMaxMessages = 16;
 
-  [[nodiscard]] SoeAnswer<void> write_value(SoeRow& row, const SoeAccess& access, std::span<const std::byte> data);
-  [[nodiscard]] SoeAnswer<void> command(SoeRow& row, std::uint8_t drive, std::span<const std::byte> data);
+  [[nodiscard]] SoeAnswer<void> write_value(const IdnRow& row, const SoeAccess& access,
+                                            std::span<const std::byte> data);
+  [[nodiscard]] SoeAnswer<void> command(const IdnRow& row, std::uint8_t drive, std::uint16_t order);
 
-  std::vector<std::vector<SoeRow>> drives_;
+  std::vector<IdnValues> drives_;
   std::array<SoeMessage, kMaxMessages> messages_{};
   std::size_t oldest_ = 0;
   std::size_t waiting_ = 0;
