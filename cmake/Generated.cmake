@@ -12,7 +12,7 @@ if(NOT TARGET driveline)
 endif()
 
 set(device_files moog_msd.sii moog_msd.eds moog_msd_can.eds moog_msd_objects.md servoone.sii servoone.eds
-                 servoone_can.eds servoone_objects.md servoone_junior.sii servoone_junior.eds servoone_junior_can.eds
+                 servoone_can.eds servoone_objects.md servoone_idns.md servoone_junior.sii servoone_junior.eds servoone_junior_can.eds
                  moog_msd.efw servoone.efw servoone_junior.efw)
 set(folder ${CMAKE_BINARY_DIR}/esi/data)
 list(TRANSFORM device_files PREPEND ${folder}/)

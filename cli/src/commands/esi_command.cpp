@@ -14,6 +14,7 @@
 #include "driveline/slaves/msd/can/can_table.hpp"
 #include "driveline/slaves/msd/core/firmware_image.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
+#include "driveline/slaves/msd/sercos/servoone_idns.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -73,7 +74,8 @@ std::vector<GeneratedFile> generated_files() {
       {"moog_msd_objects.md", slaves::msd::object_reference(Variant::kMsd)},
       {"servoone.xml", esi::write_esi({slaves::msd::esi_description(Variant::kServoOne),
                                        slaves::msd::esi_description(Variant::kServoOneJunior)})},
-      {"servoone_objects.md", slaves::msd::object_reference(Variant::kServoOne)}};
+      {"servoone_objects.md", slaves::msd::object_reference(Variant::kServoOne)},
+      {"servoone_idns.md", slaves::msd::sercos::idn_reference()}};
   for (const auto& facts : slaves::msd::kVariants) {
     const std::string stem(facts.file_stem);
     std::string image;

@@ -1,4 +1,4 @@
-# The EtherCAT front end; core/ has the drive itself, can/ the CANopen front end.
+# The EtherCAT front end; core/ has the drive itself, can/ the CANopen front end, sercos/ the table of its IDNs.
 target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/device_description.cpp
   ${CMAKE_CURRENT_LIST_DIR}/drive_files.cpp
@@ -12,3 +12,4 @@ target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/table_ethercat.cpp)
 include(${CMAKE_CURRENT_LIST_DIR}/core/sources.cmake)
 include(${CMAKE_CURRENT_LIST_DIR}/can/sources.cmake)
+include(${CMAKE_CURRENT_LIST_DIR}/sercos/sources.cmake)
