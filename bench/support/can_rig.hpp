@@ -33,7 +33,7 @@ class StagedCanPort final : public canopen::CanPort {
   canopen::CanPort& inner_;
   bool staged_ = false;
   std::vector<canopen::ReceivedFrame> arrived_;
-  std::size_t next_ = 0;  ///< of arrived_
+  std::size_t next_ = 0;  ///< index in arrived_ of the next frame
   std::vector<canopen::Frame> sent_;
   canopen::PortStatistics statistics_;
 };

@@ -48,7 +48,7 @@ class NodeTable {
   /// A TPDO of a node that was shorter than its mapping.
   struct ShortPdo {
     std::uint16_t number = 0;  ///< 0: none yet
-    std::uint8_t bytes = 0;    ///< that came
+    std::uint8_t bytes = 0;    ///< bytes received
     std::uint8_t mapped = 0;   ///< bytes of the mapping
   };
   void note_short(std::size_t node, ShortPdo pdo) noexcept;

@@ -86,7 +86,7 @@ void ProcessExchange::begin_period(nanoseconds grid) noexcept {
 void ProcessExchange::dispatch(const ReceivedFrame& received) noexcept {
   const auto place = inputs_.place_of(received.frame);
   if (place < TpdoInputs::kOwn) {
-    // Of the next period if its SYNC has been sent.
+    // The frame belongs to the next period if its SYNC has been sent.
     if (next_.at && inputs_.answers(place, received, *next_.at)) {
       held_ = received;
     } else {
@@ -155,8 +155,8 @@ void ProcessExchange::send_heartbeat(PeriodRoom& room) noexcept {
   bits_ += bit_count(heartbeat_.frame);
 }
 
-/// What waited for the end of bus off would be answered when nobody expects it any more: it is lost, as the frames in
-/// the adapter are.
+/// A frame that waited for the end of bus off would be answered after its owner has given it up. It is dropped, as the
+/// frames in the adapter are.
 void ProcessExchange::send_acyclic(PeriodRoom& room) noexcept {
   const bool bus_off = port_statistics_.state == BusState::kBusOff;
   while (const Frame* frame = acyclic_.next()) {

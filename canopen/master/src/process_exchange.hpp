@@ -33,7 +33,7 @@ class ProcessExchange {
 
   /// To be called before send_sync() if periods were missed. SYNC would make the drives act on setpoints that have
   /// waited in them as long (CiA 301 7.2.2.2), so it is withheld until they have new ones, for kMostWithheld periods at
-  /// most. In the period before, nobody has got its outputs.
+  /// most. The nodes have not got the outputs of the period before.
   void outdate() noexcept;
   /// Sends SYNC, unless it is withheld. Until begin_period() the period before goes on.
   void send_sync() noexcept;

@@ -77,7 +77,7 @@ void RpdoOutputs::spread_repetitions() {
   }
 }
 
-/// False: the port did not take it, and the frame stays the one that was sent last.
+/// Returns false if the port did not take the frame; rpdo.frame then remains the last frame sent.
 bool RpdoOutputs::send_new(CanPort& port, Rpdo& rpdo, std::uint32_t& bits) const noexcept {
   const auto bytes = content(rpdo);
   Frame frame = rpdo.frame;
@@ -125,7 +125,7 @@ bool RpdoOutputs::outdated() noexcept {
   return outdated_;
 }
 
-/// Of a node in use.
+/// Precondition: the node is in use.
 bool RpdoOutputs::due(const Rpdo& rpdo, const Group& group, const Pass& pass) const noexcept {
   if (pass.reason == Reason::kRepetition && pass.now < rpdo.repeat_at) return false;
   const auto bytes = content(rpdo);
@@ -178,7 +178,7 @@ std::uint32_t RpdoOutputs::send_on_change(CanPort& port, nanoseconds now, Period
   return pass.bits;
 }
 
-/// Returns false if one that is due could not be sent; its node is the first one then.
+/// Returns false if an RPDO that is due could not be sent; the next pass begins with its node.
 bool RpdoOutputs::send_all_due(Pass& pass) noexcept {
   for (std::size_t i = 0; i < on_change_.size(); ++i) {
     const auto behind = turn_ + i;

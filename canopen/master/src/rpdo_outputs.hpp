@@ -19,19 +19,19 @@ class RpdoOutputs {
   /// Both must outlive this. Adds the bits of RPDOs with SYNC to the nodes.
   RpdoOutputs(const PdoImage& image, NodeTable& nodes);
 
-  /// Sends those that are due in every period; those that the port does not take are not repeated. `synced`: SYNC was
-  /// sent in this period, so that the nodes act on those of the period before. Returns the bits sent.
+  /// Sends the RPDOs that are due in every period. An RPDO that the port does not take is not repeated. `synced`: SYNC
+  /// was sent in this period, so that the nodes act on the RPDOs of the period before. Returns the bits sent.
   [[nodiscard]] std::uint32_t send_with_sync(CanPort& port, bool synced) noexcept;
-  /// Sends those on change that are due, as far as the period has room: those of a node that has come into use and
-  /// those that have changed before those that are only repeated, and the nodes in turn. What is not sent stays due.
-  /// A control word that has changed together with other RPDOs of its node follows them in the next period, because it
-  /// may tell that a new target is there, and a drive may apply all RPDOs of a period at once (CiA 402-2: bit 4 of
-  /// 6040h). A changed one by which a drive begins to act on setpoints waits until the node acts on those of the last
-  /// period: they may be missing there, or wait for SYNC. One that stops a drive waits for nothing. Repetitions share
-  /// the interval evenly, so that those of many nodes do not load the same period. Returns the bits sent.
+  /// Sends the RPDOs on change that are due, as far as the period has room: all RPDOs of a node that has come into use,
+  /// then changed RPDOs, then repetitions, the nodes in turn. An RPDO that is not sent stays due. A control word that
+  /// has changed together with other RPDOs of its node follows them in the next period, because it may announce a new
+  /// target, and a drive may apply all RPDOs of a period at once (CiA 402-2: bit 4 of 6040h). A changed control word by
+  /// which a drive begins to act on setpoints waits until the node acts on the setpoints of the last period: they may
+  /// be missing there, or wait for SYNC. A control word that stops a drive never waits. Repetitions share the interval
+  /// evenly, so that the repetitions of many nodes do not load the same period. Returns the bits sent.
   [[nodiscard]] std::uint32_t send_on_change(CanPort& port, std::chrono::nanoseconds now, PeriodRoom& room) noexcept;
-  /// To be called behind an absence of the cycle, before the period before it is judged: what waits in the nodes for
-  /// SYNC is as old as the absence. Those nodes have not got their outputs, and count as not sent to.
+  /// To be called after an absence of the cycle, before the period before it is judged: the setpoints that wait in the
+  /// nodes for SYNC are as old as the absence. The outputs of these nodes count as not sent.
   void outdate() noexcept;
   /// Whether outputs that are out of date still wait in a node in use.
   [[nodiscard]] bool outdated() noexcept;

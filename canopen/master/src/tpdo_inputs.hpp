@@ -35,7 +35,7 @@ class TpdoInputs {
 
   /// What a frame is.
   [[nodiscard]] Place place_of(const Frame& frame) const noexcept;
-  /// Whether the TPDO at this place is due after each SYNC, and can answer one that was sent at `sync`.
+  /// Whether the TPDO at this place is due after each SYNC, and can answer the SYNC sent at `sync`.
   [[nodiscard]] bool answers(Place place, const ReceivedFrame& received, std::chrono::nanoseconds sync) const noexcept {
     return tpdos_[place].due && received.time >= earliest_answer(received.frame, sync);
   }

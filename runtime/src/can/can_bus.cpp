@@ -114,7 +114,7 @@ bool CanBus::was_lost(std::size_t node) const {
 bool CanBus::take_down() {
   if (!master_) return true;
   const auto down = master_->shut_down();
-  // Nobody has heard it; that the adapter is gone has been told.
+  // No node has received it; the loss of the adapter has been reported.
   if (master_->port_statistics().down) return false;
   bool released = true;
   if (!down) {

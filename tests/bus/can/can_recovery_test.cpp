@@ -111,7 +111,7 @@ class CanRecoveryRun {
     line_.node(number).set_power(true);
   }
 
-  /// P 153 acknowledges the fault of a drive; one that is away keeps it.
+  /// P 153 acknowledges the fault of a drive; a drive without supply keeps it.
   void acknowledge(std::size_t number) {
     static_cast<void>(line_.master().download(number, {0x2099, 0}, std::array{std::byte{1}}));
   }

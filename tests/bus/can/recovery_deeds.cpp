@@ -14,7 +14,7 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
 /// Time after the end of a deed in which its consequences may be told: a node is missed after 60 ms, a boot that hangs
-/// fails after 150 ms and is repeated after 60 ms, and one that does not takes up to 550 ms.
+/// fails after 150 ms and is repeated after 60 ms, and a complete boot takes up to 550 ms.
 constexpr nanoseconds kConsequences = milliseconds{800};
 
 constexpr std::array<const char*, kDeedKinds> kDeedNames{
@@ -86,7 +86,7 @@ bool RecoveryDeeds::explains_failure(const Deed& deed, const canopen::NodeError&
     case DeedKind::kOtherDevice:
       return names_other_device(error) || is_silence(error);
     case DeedKind::kHeartbeatLost:
-      // It is there, and nobody hears that it has started.
+      // The node is there, and the master does not hear that it has started.
       return is_silence(error) || error.kind == NodeErrorKind::kWrongState;
     case DeedKind::kAdapterBusOff:
       return is_silence(error) || error.kind == NodeErrorKind::kWrongState || error.kind == NodeErrorKind::kBusDown;

@@ -17,10 +17,10 @@ enum class DeedKind : std::uint8_t {
   kNodeBusOff,      ///< a node is bus off until it is switched off and on
   kAdapterBusOff,   ///< the adapter of the master is bus off
   kHeartbeatLost,   ///< the master does not hear heartbeats and answers to guarding of a node
-  kMasterUnheard,   ///< nobody hears the heartbeat of the master
-  kReset,           ///< somebody else resets a node, or its communication
-  kStop,            ///< somebody else takes a node to Stopped
-  kPreOperational,  ///< somebody else takes a node to Pre-operational
+  kMasterUnheard,   ///< the nodes do not hear the heartbeat of the master
+  kReset,           ///< another master resets a node, or its communication
+  kStop,            ///< another master takes a node to Stopped
+  kPreOperational,  ///< another master takes a node to Pre-operational
   kSilentSdo,       ///< the answers to SDO requests of a node that starts anew are lost
   kOtherDevice,     ///< another device has taken the place of a node
   kFault,           ///< a drive has a fault

@@ -13,8 +13,8 @@ using slaves::msd::MsdCanDrive;
 using slaves::msd::Variant;
 using namespace std::chrono_literals;
 
-constexpr std::uint32_t kSerialNumber = 7100;       ///< of the first drive; the others count from it
-constexpr std::uint32_t kOtherSerialNumber = 9300;  ///< of the drive that is another device
+constexpr std::uint32_t kSerialNumber = 7100;       ///< serial number of the first drive; the others count from it
+constexpr std::uint32_t kOtherSerialNumber = 9300;  ///< serial number of the other device
 
 std::uint64_t raw_value(const slaves::ObjectDictionary& dictionary, std::uint16_t index, std::uint8_t subindex) {
   return dictionary.raw(*dictionary.table().find(index, subindex));
@@ -137,7 +137,7 @@ void RecoveryLine::add_drive(Variant variant, bool guarded) {
                  .objects = {{0x6040, 0, 16}, {0x6060, 0, 8}}},
                 {.number = 2, .objects = {{0x60C1, 1, 32}}}};
   node.tpdos = {{.number = 1, .objects = {{0x6041, 0, 16}, {0x6064, 0, 32}}}};
-  // The ServoOne consumes no heartbeat, and beside node guarding nobody does.
+  // The ServoOne consumes no heartbeat, and no node with node guarding does.
   if (variant == Variant::kMsd && !guarded) node.error_control.master_tolerance = 70ms;
   plan_.nodes.push_back(node);
   drives_.push_back(&drive->core());

@@ -90,7 +90,7 @@ class RecoveryLine {
 
   [[nodiscard]] slaves::can::Bus& bus() noexcept { return bus_; }
   [[nodiscard]] AdapterPort& port() noexcept { return port_; }
-  /// Somebody else on the bus.
+  /// Another master on the bus.
   [[nodiscard]] slaves::can::ScriptedNode& stranger() noexcept { return stranger_; }
   [[nodiscard]] canopen::CanMaster& master() noexcept { return *master_; }
   /// Everything that the master has told in operation.

@@ -268,7 +268,7 @@ TEST(CanCycleTest, ChangesOfManyAxesAreSpreadOverPeriods) {
   EXPECT_EQ(control_words(), 0);
   EXPECT_EQ(control_words(), 3);
   EXPECT_EQ(control_words(), 3);
-  EXPECT_EQ(control_words(), 3);  // the last two, and the one that is repeated at 12.5 ms of each 100 ms
+  EXPECT_EQ(control_words(), 3);  // two at the end, and a repetition at 12.5 ms of each 100 ms
   EXPECT_EQ(control_words(), 0);
 }
 
@@ -464,8 +464,8 @@ TEST(CanCycleTest, BehindMissedPeriodsSetpointsComeBeforeSync) {
   EXPECT_EQ(rig.cycle.counters().syncs_unsent, 0U);
 }
 
-// The setpoints sent behind the last SYNC wait in the drives until the next one: nobody has got them. The motion has to
-// know that before it looks for the way on, so it is told when the cycle knows how long it was away.
+// The setpoints sent behind the last SYNC wait in the drives until the next one: no drive acts on them. The motion has
+// to know that before it looks for the way on, so it is told when the cycle knows how long it was away.
 TEST(CanCycleTest, WhatWasSentBeforeMissedPeriodsHasNotReachedTheDrives) {
   CycleRig rig;
   rig.motion.outputs = outputs(kEnabled);
@@ -547,7 +547,7 @@ TEST(CanCycleTest, AControlWordThatSwitchesOnWaitsForTheSetpoints) {
   EXPECT_THAT(rig.step(), ElementsAre("080#", "303#E8030000", "304#D0070000", "203#0F0007"));
 }
 
-// A request of before bus off would be answered when nobody expects it any more.
+// A request of before bus off would be answered when the owner has given it up.
 TEST(CanCycleTest, FramesOfTheOwnerDoNotWaitForTheEndOfBusOff) {
   CycleRig rig;
   static_cast<void>(rig.step());

@@ -111,7 +111,7 @@ class Listener final : public slaves::can::Node {
   std::vector<std::pair<std::uint32_t, nanoseconds>> heard;
 };
 
-// The first one finds the wire free; of those that wait the lowest identifier wins.
+// The first one finds the wire free; the lowest identifier among the waiting frames wins.
 TEST(SimulatedCanPortTest, AFrameStartsAtOnceWhileTheClockStandsStill) {
   rt::VirtualClock clock;
   const auto port = open_simulated_can_port(two_drives(), {}, clock);

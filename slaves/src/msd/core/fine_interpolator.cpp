@@ -10,7 +10,7 @@ namespace {
 /// Maximum change of a steady rise from period to period, as a multiple of the change that the rate limit allows:
 /// controllers have larger limits.
 constexpr double kSteady = 2.0;
-/// Change of speed in a period that counts as a leap, as a multiple of the one that the rate limit allows. Samples are
+/// Change of speed in a period that counts as a leap, as a multiple of the change at the rate limit. Samples are
 /// whole increments, so that a controller that uses all of the rate limit asks for a little more: at 2 ms and 2^20
 /// increments per turn the change of two rises is up to two increments beyond it, 6 mrad/s, 0.3 % of that of 1000
 /// rad/s^2. An output that took it for a leap would follow at the same rate, which the curve uses as well: it would be

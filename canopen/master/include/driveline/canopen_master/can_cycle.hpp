@@ -24,8 +24,8 @@ class WorkClock;
 ///
 /// Outputs that motion::MotionControl::update() computes with the answers to SYNC k leave behind SYNC k+1, and drives
 /// act on them at SYNC k+2 (synchronous RPDOs, CiA 301 7.2.2.2). The number that update() gets is k, as on EtherCAT.
-/// Behind missed periods SYNC is withheld until the nodes in use have new setpoints, because those that wait in them
-/// are of before.
+/// After missed periods SYNC is withheld until the nodes in use have new setpoints: the drives would act on setpoints
+/// that were sent before the absence.
 ///
 /// While it runs, it is the only user of the port. Frames that are no TPDOs go to the owner through the channel.
 ///

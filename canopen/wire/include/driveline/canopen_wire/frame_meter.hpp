@@ -149,8 +149,8 @@ class FrameMeter {
 
   static constexpr unsigned kLowBits = frame_table::kCrcBits - 8;  ///< bits of the CRC behind its first eight
 
-  std::uint32_t bits_ = 0;          ///< of the frame without stuff bits
-  std::uint32_t crc_ = 0;           ///< of the frame if its data were 0
+  std::uint32_t bits_ = 0;          ///< bits of the frame without stuff bits
+  std::uint32_t crc_ = 0;           ///< CRC of the frame if its data were 0
   frame_table::Stuffing stuffing_;  ///< before the data
 };
 

@@ -114,8 +114,8 @@ class Controller {
   std::optional<Frame> sending_;    ///< on the wire
   std::optional<Frame> babble_;
   nanoseconds bit_time_;
-  nanoseconds wake_ = kNever;  ///< of the node when it was asked last
-  std::uint32_t bit_rate_;     ///< what the node was told
+  nanoseconds wake_ = kNever;  ///< next wake of the node, as last asked
+  std::uint32_t bit_rate_;     ///< bit rate reported to the node
   std::optional<std::uint32_t> held_bit_rate_;
   bool powered_ = true;
   bool supplied_ = true;

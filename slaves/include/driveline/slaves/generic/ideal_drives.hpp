@@ -64,7 +64,7 @@ class IdealDrives {
     OperationMode active = OperationMode::kNone;
     bool reset_bit = false;       ///< bit 7 of the control word in the last step
     std::uint16_t commanded = 0;  ///< control word in the last step
-    SetpointHandshake targets{};  ///< of profile position mode
+    SetpointHandshake targets{};  ///< handshake of profile position mode
     // Increments, continuing beyond the range of the objects.
     double position = 0.0;
     double velocity = 0.0;                 ///< increments per second

@@ -28,9 +28,9 @@ enum class IdnSelection : std::uint8_t {
   kNone,      ///< the list has a content of its own
   kAll,       ///< every row: S-0-0017
   kCommands,  ///< procedure commands: S-0-0025
-  kAt,        ///< what the AT may carry: S-0-0187
-  kMdt,       ///< what the MDT may carry: S-0-0188
-  kSaved,     ///< what the drive saves: S-0-0192
+  kAt,        ///< data that the AT may carry: S-0-0187
+  kMdt,       ///< data that the MDT may carry: S-0-0188
+  kSaved,     ///< data that the drive saves: S-0-0192
 };
 
 /// Uses of an IDN, as bits.
