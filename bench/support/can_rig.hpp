@@ -13,7 +13,7 @@
 namespace driveline::bench {
 
 /// A CAN port whose calls can be kept out of a measurement: while it is staged, they only touch memory. A cycle of the
-/// master calls its port some twenty times, so that a clock around each call would cost as much as the cycle.
+/// master calls its port some twenty times: a clock around each call would be a large part of what it measures.
 class StagedCanPort final : public canopen::CanPort {
  public:
   /// The port below must outlive this.
