@@ -7,6 +7,7 @@
 #include "driveline/runtime/can/master_plan.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 #include "support/retry.hpp"
+#include "support/stopwatch.hpp"
 
 namespace driveline::bench {
 namespace {
@@ -35,6 +36,7 @@ void require(const canopen::MasterResult<void>& done) {
 StagedCanPort::StagedCanPort(canopen::CanPort& inner) : inner_(inner) {
   arrived_.reserve(kStaged);
   sent_.reserve(kStaged);
+  repeated_.reserve(kStaged);
 }
 
 void StagedCanPort::stage() {
@@ -43,6 +45,18 @@ void StagedCanPort::stage() {
   while (const auto frame = inner_.receive()) arrived_.push_back(*frame);
   statistics_ = inner_.statistics();
   staged_ = true;
+}
+
+double StagedCanPort::repeat_calls_ns() {
+  repeated_ = sent_;
+  sent_.clear();
+  next_ = 0;
+  canopen::CanPort& port = *this;
+  const double begin = now_ns();
+  while (const auto received = port.receive()) keep(*received);
+  for (const auto& frame : repeated_) keep(port.send(frame));
+  keep(port.statistics());
+  return now_ns() - begin - reading_cost_ns();
 }
 
 void StagedCanPort::release() {

@@ -21,6 +21,9 @@ class StagedCanPort final : public canopen::CanPort {
 
   /// Takes in what has arrived. The clock must stand still until release().
   void stage();
+  /// Makes the calls since stage() once more and returns their time in nanoseconds, for subtraction: the same frames
+  /// are received and sent.
+  [[nodiscard]] double repeat_calls_ns();
   /// Hands what was sent meanwhile to the port below. Throws std::runtime_error if it does not take it.
   void release();
 
@@ -35,6 +38,7 @@ class StagedCanPort final : public canopen::CanPort {
   std::vector<canopen::ReceivedFrame> arrived_;
   std::size_t next_ = 0;  ///< index in arrived_ of the next frame
   std::vector<canopen::Frame> sent_;
+  std::vector<canopen::Frame> repeated_;
   canopen::PortStatistics statistics_;
 };
 

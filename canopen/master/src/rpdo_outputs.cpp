@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "driveline/canopen_master/bus_budget.hpp"
+#include "few_bytes.hpp"
 
 namespace driveline::canopen {
 
@@ -81,7 +82,7 @@ void RpdoOutputs::spread_repetitions() {
 bool RpdoOutputs::send_new(CanPort& port, Rpdo& rpdo, std::uint32_t& bits) const noexcept {
   const auto bytes = content(rpdo);
   Frame frame = rpdo.frame;
-  std::copy(bytes.begin(), bytes.end(), frame.data.begin());
+  copy_few(bytes, frame.data.data());
   if (port.send(frame) != SendStatus::kSent) return false;
   rpdo.frame = frame;
   bits += rpdo.meter.bits(bytes);
@@ -97,7 +98,7 @@ std::uint32_t RpdoOutputs::send_with_sync(CanPort& port, bool synced) noexcept {
   for (auto& rpdo : with_sync_) {
     if (!nodes_[rpdo.place.node].in_use) continue;
     const auto bytes = content(rpdo);
-    std::copy(bytes.begin(), bytes.end(), rpdo.frame.data.begin());
+    copy_few(bytes, rpdo.frame.data.data());
     if (port.send(rpdo.frame) == SendStatus::kSent) {
       bits += rpdo.meter.bits(bytes);
       rpdo.outdated = false;
@@ -129,7 +130,7 @@ bool RpdoOutputs::outdated() noexcept {
 bool RpdoOutputs::due(const Rpdo& rpdo, const Group& group, const Pass& pass) const noexcept {
   if (pass.reason == Reason::kRepetition && pass.now < rpdo.repeat_at) return false;
   const auto bytes = content(rpdo);
-  const bool changed = rpdo.forced || !std::equal(bytes.begin(), bytes.end(), rpdo.frame.data.begin());
+  const bool changed = rpdo.forced || load_few(bytes) != load_few(std::span(rpdo.frame.data).first(bytes.size()));
   if (changed && !group.current && rpdo.control_word && operates(bytes.subspan(*rpdo.control_word))) return false;
   return changed || pass.reason == Reason::kRepetition;
 }

@@ -4,6 +4,7 @@
 
 #include "driveline/canopen_master/bus_budget.hpp"
 #include "driveline/canopen_wire/frame_meter.hpp"
+#include "few_bytes.hpp"
 
 namespace driveline::canopen {
 
@@ -79,7 +80,7 @@ void TpdoInputs::take(Place place, const ReceivedFrame& received) noexcept {
     return;
   }
   if (tpdo.due && (!sync_ || received.time < earliest_answer(frame, *sync_))) return note_stale(tpdo);
-  std::copy_n(payload.begin(), tpdo.length, image_.inputs().subspan(tpdo.offset).begin());
+  copy_few(payload.first(tpdo.length), image_.inputs().subspan(tpdo.offset).data());
   note_heard(tpdo);
   if (!tpdo.due) return;
   // Two in one period: the first one answered an earlier SYNC.
