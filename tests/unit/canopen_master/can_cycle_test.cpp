@@ -181,6 +181,37 @@ TEST(CanCycleTest, OnChangePdosKeepTheirLastValue) {
   EXPECT_THAT(rig.motion.valid, ElementsAre(true, true));
 }
 
+class CanCycleLengths : public testing::TestWithParam<std::size_t> {};
+
+// RPDO 1 on change, RPDO 2 with SYNC, and TPDO 1, of as many bytes each.
+TEST_P(CanCycleLengths, EveryBytePassesBothWays) {
+  const auto length = GetParam();
+  auto plan = axes_plan(1);
+  std::vector<motion::MappedObject> objects;
+  for (std::size_t i = 0; i < length; ++i) objects.push_back({0x2300, static_cast<std::uint8_t>(i + 1), 8});
+  auto& node = plan.nodes[0];
+  node.rpdos[0].objects = node.rpdos[1].objects = node.tpdos[0].objects = objects;
+  node.tpdos.resize(1);
+  CycleRig rig(plan);
+  rig.motion.outputs.resize(2 * length);
+  for (std::size_t i = 0; i < 2 * length; ++i) rig.motion.outputs[i] = static_cast<std::byte>(0x31 + i);
+  const std::string bytes = "3132333435363738393A3B3C3D3E3F40";
+  const auto first = bytes.substr(0, 2 * length);
+  const auto second = bytes.substr(2 * length, 2 * length);
+  static_cast<void>(rig.step());
+  rig.comes(300us, "183#" + second);
+  EXPECT_THAT(rig.step(), ElementsAre("080#", "303#" + second, "203#" + first));
+  EXPECT_EQ(rig.motion.inputs, bytes_test::hex(second));
+  // A change of any byte is a change.
+  for (std::size_t i = 0; i < length; ++i) {
+    rig.motion.outputs[i] = std::byte{0xA7};
+    EXPECT_THAT(rig.step(), Contains(testing::StartsWith("203#"))) << "byte " << i;
+    EXPECT_THAT(rig.step(), Not(Contains(testing::StartsWith("203#")))) << "byte " << i;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Bytes, CanCycleLengths, testing::Range(std::size_t{1}, std::size_t{9}));
+
 TEST(CanCycleTest, ControlWordsAreSentWhenTheyChangeAndAgain) {
   CycleRig rig;
   rig.motion.outputs = outputs(kEnabled);
