@@ -267,11 +267,13 @@ TEST_F(CanRun, SamplesTellWhatAxesAndBusDo) {
     ASSERT_GT(axis.size(), 4000U) << i;
     double way = axis.front().actual_position;
     double fastest = 0.0;
-    for (std::size_t k = 1; k < axis.size(); ++k) {
+    const auto half = axis.size() / 2;  // at its end the path is where it began
+    for (std::size_t k = 1; k <= half; ++k) {
       way += axis[k].actual_velocity * static_cast<double>(axis[k].time_ns - axis[k - 1].time_ns) * 1e-9;
       fastest = std::max(fastest, std::abs(axis[k].actual_velocity));
     }
-    EXPECT_NEAR(way, axis.back().actual_position, 0.01) << i;
+    EXPECT_NEAR(way, axis[half].actual_position, 0.01) << i;
+    EXPECT_GT(way, 2.0) << i;
     EXPECT_GT(fastest, 1.0) << i;
     EXPECT_LT(fastest, 4.0) << i;
   }
