@@ -173,7 +173,6 @@ bool RecoveryDeeds::told(const Deed& deed, const History& since) {
   switch (deed.kind) {
     case DeedKind::kPowerOff:
     case DeedKind::kNodeBusOff:
-      return tells(Told::kNodeLost, any) && tells(Told::kNodeBack, any);
     case DeedKind::kHeartbeatLost:
       return tells(Told::kNodeLost, any) && tells(Told::kNodeBack, any);
     case DeedKind::kAdapterBusOff:
