@@ -113,8 +113,9 @@ bool RecoveryDeeds::explains_emergency(const Deed& deed, const MasterEvent& even
     case DeedKind::kMasterUnheard:
       return nodes_[event.node].hears_master;
     default:
-      // Life guarding runs out while the node is asked nothing.
-      return nodes_[event.node].guarded && silences(deed);
+      // Life guarding runs out while the node is asked nothing: it is lost, or its boot failed and is to be repeated.
+      return nodes_[event.node].guarded &&
+             (silences(deed) || deed.kind == DeedKind::kStop || deed.kind == DeedKind::kSilentSdo);
   }
 }
 
