@@ -413,7 +413,8 @@ TEST(AxisRequests, AreBitsOfTheControlWordOfAnEnabledAxis) {
     request(bench.axis.drive());
     bench.read("3702 01 E8030000 00000000 00000000 0000 0000");
     bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
-    EXPECT_EQ(bench.written(), hex(std::string(control_word) + " 01 D0070000 B80B0000 00000000 0000 0000"));
+    // 60FFh is the target of another mode, and remains.
+    EXPECT_EQ(bench.written(), hex(std::string(control_word) + " 01 D0070000 EEEEEEEE 00000000 0000 0000"));
     bench.write(Goal::kQuickStop, {2.0, 3.0, 4.0});
     EXPECT_EQ(bench.written()[0], std::byte{0x02});
     EXPECT_EQ(bench.written()[1], std::byte{0x00});
