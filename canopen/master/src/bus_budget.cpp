@@ -99,9 +99,10 @@ BusBudget bus_budget(const MasterPlan& plan, const PdoImage& image) {
 std::string describe(const BusBudget& budget, const std::string& things) {
   const auto ms = [](nanoseconds time) { return std::chrono::duration<double, std::milli>(time).count(); };
   if (budget.fits) {
-    return fmt::format("{} {} load the bus to {} %, at most {} %, and leave room for {} more frames in each period",
+    return fmt::format("{} {} load the bus to {} %, at most {} %, and leave room for {} more frame{} in each period",
                        budget.nodes, things, percent(budget.bits, budget.period_bits),
-                       percent(budget.worst_bits, budget.period_bits), budget.acyclic_frames);
+                       percent(budget.worst_bits, budget.period_bits), budget.acyclic_frames,
+                       budget.acyclic_frames == 1 ? "" : "s");
   }
   // A half is rounded up, as by hand.
   const auto hundredths = (budget.needed + std::chrono::microseconds{5}) / std::chrono::microseconds{10};
