@@ -27,6 +27,7 @@ inline constexpr unsigned kRow = 256;
 inline constexpr unsigned kPlace = (kStates - 1) * kRow;
 inline constexpr unsigned kStuffed = kRow - 1;
 
+/// What `count` bits do to a state; the most significant one comes first.
 constexpr Step after(unsigned state, unsigned bits, unsigned count) noexcept {
   bool level = state >= kLongestRun;
   unsigned run = state % kLongestRun + 1;
@@ -43,6 +44,7 @@ constexpr Step after(unsigned state, unsigned bits, unsigned count) noexcept {
   return static_cast<Step>(((level ? kLongestRun : 0U) + run - 1) * kRow | stuffed);
 }
 
+/// after() for every state and all values of `count` bits, 8 at most: the row of a state has kRow places.
 constexpr auto make_stuffing(unsigned count) noexcept {
   std::array<Step, kStates * kRow> table{};
   for (unsigned state = 0; state < kStates; ++state) {
@@ -81,11 +83,13 @@ struct Stuffing {
   std::uint32_t place = 0;  ///< row of the tables
   std::uint32_t steps = 0;  ///< sum
 
+  /// Adds bits that are a place in a row of this table.
   constexpr void add(const std::array<Step, kStates * kRow>& table, unsigned bits) noexcept {
     const unsigned step = table[place | bits];
     steps += step;
     place = step & kPlace;
   }
+  /// Number of stuff bits so far.
   [[nodiscard]] constexpr std::uint32_t bits() const noexcept { return steps & kStuffed; }
 };
 
