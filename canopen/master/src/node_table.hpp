@@ -45,8 +45,9 @@ class NodeTable {
   /// Takes over which nodes are operational, for the period that begins.
   void begin_period() noexcept;
   void note_late(std::size_t node) noexcept { shared_[node].late.add(); }
-  /// A TPDO of a node that was shorter than its mapping.
-  struct ShortPdo {
+  /// A TPDO of a node that was shorter than its mapping. Aligned as a whole word, which std::atomic needs to load it
+  /// without a call of libatomic.
+  struct alignas(std::uint32_t) ShortPdo {
     std::uint16_t number = 0;  ///< 0: none yet
     std::uint8_t bytes = 0;    ///< bytes received
     std::uint8_t mapped = 0;   ///< bytes of the mapping
