@@ -1,6 +1,6 @@
 #include "driveline/slaves/mailbox/coe_server.hpp"
 
-#include "driveline/slaves/mailbox/coe_access.hpp"
+#include "driveline/slaves/coe/coe_access.hpp"
 
 namespace driveline::slaves {
 namespace {

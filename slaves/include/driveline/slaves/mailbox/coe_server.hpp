@@ -3,8 +3,8 @@
 #include <array>
 
 #include "driveline/slaves/mailbox/mailbox_server.hpp"
-#include "driveline/slaves/mailbox/sdo_information.hpp"
-#include "driveline/slaves/mailbox/sdo_server.hpp"
+#include "driveline/slaves/coe/sdo_information.hpp"
+#include "driveline/slaves/coe/sdo_server.hpp"
 
 namespace driveline::slaves {
 

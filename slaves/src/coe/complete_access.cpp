@@ -1,4 +1,4 @@
-#include "driveline/slaves/mailbox/complete_access.hpp"
+#include "driveline/slaves/coe/complete_access.hpp"
 
 #include <algorithm>
 #include <optional>

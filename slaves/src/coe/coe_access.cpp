@@ -1,4 +1,4 @@
-#include "driveline/slaves/mailbox/coe_access.hpp"
+#include "driveline/slaves/coe/coe_access.hpp"
 
 #include <array>
 #include <utility>

@@ -1,8 +1,8 @@
-#include "driveline/slaves/mailbox/sdo_server.hpp"
+#include "driveline/slaves/coe/sdo_server.hpp"
 
 #include <algorithm>
 
-#include "driveline/slaves/mailbox/complete_access.hpp"
+#include "driveline/slaves/coe/complete_access.hpp"
 
 namespace driveline::slaves {
 namespace {

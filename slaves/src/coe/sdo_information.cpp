@@ -1,8 +1,8 @@
-#include "driveline/slaves/mailbox/sdo_information.hpp"
+#include "driveline/slaves/coe/sdo_information.hpp"
 
 #include <algorithm>
 
-#include "driveline/slaves/mailbox/coe_access.hpp"
+#include "driveline/slaves/coe/coe_access.hpp"
 
 namespace driveline::slaves {
 namespace {
