@@ -8,25 +8,17 @@ namespace driveline::ecat_master {
 namespace {
 
 using std::chrono::nanoseconds;
+using Novelty = RepetitionFilter::Novelty;
 using Reaction = MailboxDialogue::Reaction;
 
 /// Time limit for the final message of a failed dialogue.
 constexpr auto kLeaveTime = std::chrono::milliseconds{100};
-/// A slave that takes an error reply as the occasion for its next request gets the next reply after this time.
-constexpr auto kRefusalPause = std::chrono::milliseconds{100};
-/// Slaves that answer an error reply with an error reply do so within this time.
-constexpr auto kEchoTime = std::chrono::milliseconds{20};
-
 /// A request without an answer is sent this often within the time-out of the answer, unless the slave has its own
 /// interval.
 constexpr int kRequestsPerTimeout = 4;
 
 /// Number of expected messages that always causes a read ahead.
 constexpr std::size_t kReadAheadCount = 2;
-
-constexpr std::uint16_t bit_of(wire::MailboxType type) {
-  return static_cast<std::uint16_t>(1U << (static_cast<unsigned>(type) & 0x0FU));
-}
 
 /// Tells a slave why its message is not processed, in the name of the slave that it addressed.
 class Refusal final : public MailboxDialogue {
@@ -96,7 +88,7 @@ Error MailboxChannel::error(ErrorFacts facts) const noexcept {
 }
 
 void MailboxChannel::submit(std::shared_ptr<MailboxDialogue> dialogue) {
-  known_ |= bit_of(dialogue->type());
+  refusals_.note_request(dialogue->type());
   enqueue(std::move(dialogue));
 }
 
@@ -122,7 +114,7 @@ void MailboxChannel::use_stream(std::shared_ptr<MailboxStream> stream) {
   if (stream_) stream_->closed();
   stream_ = std::move(stream);
   if (!stream_) return;
-  known_ |= bit_of(stream_->type());
+  refusals_.note_request(stream_->type());
   stream_->opened(max_service());
 }
 
@@ -135,21 +127,18 @@ void MailboxChannel::stop_stream() noexcept {
 /// Stops sending the message of the dialogue.
 void MailboxChannel::withdraw() noexcept {
   if (sender_ == Sender::kDialogue) sender_ = Sender::kNone;
-  owed_ = false;
+  request_.owed = false;
 }
 
 void MailboxChannel::finish(Finished& finished) {
   finished.push_back(std::move(active_));
   active_.reset();
   withdraw();
-  attempted_ = leaving_ = again_ = false;
-  taken_ = dropped_ = 0;
-  resume_at_.reset();
-  error_reply_.reset();
+  request_ = {};
 }
 
 void MailboxChannel::finish(Finished& finished, const Error& error) {
-  if (!leaving_) active_->fail(error);
+  if (!request_.leaving) active_->fail(error);
   finish(finished);
 }
 
@@ -168,19 +157,14 @@ void MailboxChannel::fail_all(Error error, Finished& finished) {
 bool MailboxChannel::load_outgoing(nanoseconds now) {
   if (active_->outgoing().size() > max_service() || window_.out_length < wire::MailboxHeader::kSize) return false;
   withdraw();
-  owed_ = true;
-  attempted_ = again_ = false;
-  taken_ = dropped_ = 0;
-  resume_at_.reset();
-  error_reply_.reset();
-  deadline_ = now + request_timeout();
+  request_ = {.owed = true, .leaving = request_.leaving, .deadline = now + request_timeout()};
   return true;
 }
 
 /// Loads the next message once the slave has taken the previous one: of the dialogue, else of the stream.
 void MailboxChannel::load_mail(nanoseconds now) {
   if (sender_ != Sender::kNone) return;
-  if (owed_) {
+  if (request_.owed) {
     load_request();
     return;
   }
@@ -195,11 +179,11 @@ void MailboxChannel::load_mail(nanoseconds now) {
 void MailboxChannel::load_request() {
   const auto service = active_->outgoing();
   std::copy(service.begin(), service.end(), writer_.blank().begin());
-  const auto seal = again_ ? &MailboxWriter::seal_again : &MailboxWriter::seal;
+  const auto seal = request_.again ? &MailboxWriter::seal_again : &MailboxWriter::seal;
   (writer_.*seal)(active_->type(), active_->priority(), service.size(), active_->source());
-  request_counter_ = writer_.counter();
+  request_.counter = writer_.counter();
   sender_ = Sender::kDialogue;
-  owed_ = again_ = false;
+  request_.owed = request_.again = false;
 }
 
 nanoseconds MailboxChannel::repeat_interval() const noexcept {
@@ -209,8 +193,9 @@ nanoseconds MailboxChannel::repeat_interval() const noexcept {
 /// Whether the slave has taken the request and left it without an answer until now. The mailbox must have been found
 /// empty, because an answer in it would belong to the first request.
 bool MailboxChannel::repeat_due(nanoseconds now) const noexcept {
-  if (!active_ || taken_ == 0 || sending() || leaving_ || resume_at_ || error_reply_) return false;
-  const bool due = repeat_interval().count() > 0 && now >= repeat_at_ && now < deadline_;
+  if (!active_ || request_.taken == 0 || sending() || request_.leaving || request_.resume_at || request_.error_reply)
+    return false;
+  const bool due = repeat_interval().count() > 0 && now >= request_.repeat_at && now < request_.deadline;
   return due && active_->repeatable() && reader_.polled_empty();
 }
 
@@ -219,18 +204,18 @@ bool MailboxChannel::repeat_due(nanoseconds now) const noexcept {
 /// has lost the request may have noted its counter: before the time-out expires, the request gets a new one.
 void MailboxChannel::repeat(nanoseconds now) {
   if (!repeat_due(now)) return;
-  const bool last = now + repeat_interval() >= deadline_;
-  repeat_at_ = now + repeat_interval();
-  if (!last && writer_.counter() != request_counter_) return;
-  again_ = !last;
-  owed_ = true;
+  const bool last = now + repeat_interval() >= request_.deadline;
+  request_.repeat_at = now + repeat_interval();
+  if (!last && writer_.counter() != request_.counter) return;
+  request_.again = !last;
+  request_.owed = true;
   ++statistics_.resent;
 }
 
 /// The message in writer_ belongs to the stream.
 void MailboxChannel::send_stream(nanoseconds now) noexcept {
   sender_ = Sender::kStream;
-  stream_deadline_ = now + request_timeout();
+  stream_times_.deadline = now + request_timeout();
 }
 
 void MailboxChannel::start_next(nanoseconds now, Finished& finished) {
@@ -252,8 +237,8 @@ void MailboxChannel::prepare(nanoseconds now, std::vector<Request>& batch, Finis
   turn_ = {};
   turn_.wrote = sender_ != Sender::kNone;
   if (turn_.wrote) writer_.append(batch);
-  attempted_ = attempted_ || sender_ == Sender::kDialogue;
-  turn_.fetched = reader_.append(now, active_ != nullptr || now < stream_moved_until_, batch);
+  request_.attempted = request_.attempted || sender_ == Sender::kDialogue;
+  turn_.fetched = reader_.append(now, active_ != nullptr || now < stream_times_.active_until, batch);
   turn_.reads = turn_.fetched && reader_.reads();
 }
 
@@ -262,13 +247,13 @@ void MailboxChannel::prepare_ahead(nanoseconds now, bool alone, std::vector<Requ
   ahead_.ahead = MailboxReader::Ahead::kNothing;
   if (reader_.repeats() || !(turn_.wrote || turn_.fetched)) return;
   if (busy()) {
-    const bool asks = turn_.wrote && sender_ == Sender::kDialogue && !leaving_ && active_->awaits_answer();
+    const bool asks = turn_.wrote && sender_ == Sender::kDialogue && !request_.leaving && active_->awaits_answer();
     if (asks && alone) read_ahead(kReadAheadCount, batch);
     return;
   }
   if (!stream_) return;
   ahead_.wrote = turn_.wrote ? append_mail_behind(batch) : append_first_mail(now, batch);
-  if (ahead_.wrote || now < stream_moved_until_) read_ahead(expected(alone), batch);
+  if (ahead_.wrote || now < stream_times_.active_until) read_ahead(expected(alone), batch);
 }
 
 void MailboxChannel::read_ahead(std::size_t expected, std::vector<Request>& batch) {
@@ -329,15 +314,15 @@ bool MailboxChannel::take_written(nanoseconds now, const Request& answer, Finish
   if (sender == Sender::kStream) {
     stream_->taken();
     if (writer_.advance()) send_stream(now);
-    stream_moved_until_ = now + settings_.stream_poll;
-    stream_echo_until_ = now + kEchoTime;
+    stream_times_.active_until = now + settings_.stream_poll;
+    stream_times_.echo_until = now + RefusalRecord::kEchoTime;
     return true;
   }
   // The time-out starts with the first of equal requests.
-  if (taken_++ == 0) deadline_ = now + reply_timeout();
-  repeat_at_ = now + repeat_interval();
-  if (active_->type() == wire::MailboxType::kError) echo_until_ = now + kEchoTime;
-  if (leaving_ || !active_->awaits_answer()) finish(finished);
+  if (request_.taken++ == 0) request_.deadline = now + reply_timeout();
+  request_.repeat_at = now + repeat_interval();
+  if (active_->type() == wire::MailboxType::kError) refusals_.note_sent(now);
+  if (request_.leaving || !active_->awaits_answer()) finish(finished);
   return true;
 }
 
@@ -356,22 +341,19 @@ void MailboxChannel::take_mail(nanoseconds now, const Outlets& outlets, Finished
   const auto header = wire::MailboxHeader::decode(reader_.mail());
   if (!header) {
     ++statistics_.malformed;
-    if (active_ && attempted_) finish(finished, error(facts::MailboxMalformed{}));
+    if (active_ && request_.attempted) finish(finished, error(facts::MailboxMalformed{}));
     return;
   }
   const auto mail = reader_.mail().first(wire::MailboxHeader::kSize + header->length);
-  const auto novelty = compare(*header, mail);
+  const auto [novelty, requested] = repetitions_.take(*header, mail, reader_.repeated());
   const bool repetition = novelty == Novelty::kRepetition;
-  const bool believed = repetition && awaits(header->type) && believes_repetition();
-  last_received_ = header->counter;
-  last_repeated_ = reader_.repeated();
+  // A request that has been sent again may be answered with the same words again.
+  const bool believed = repetition && awaits(header->type) && request_.taken > 1 && !requested;
   if (repetition && !believed) {
     ++statistics_.repetitions;
-    if (active_ && attempted_) ++dropped_;
+    if (active_ && request_.attempted) ++request_.dropped;
     return;
   }
-  last_mail_.assign(mail.begin(), mail.end());
-  uncounted_ = uncounted_ || novelty == Novelty::kSameCounter;
   ++statistics_.received;
   const auto service = mail.subspan(wire::MailboxHeader::kSize);
   if (forward(now, *header, service, outlets)) return;
@@ -390,28 +372,13 @@ void MailboxChannel::take_mail(nanoseconds now, const Outlets& outlets, Finished
   }
   if (novelty != Novelty::kNew) {
     ++statistics_.same_counter;
-    uncounted_ = true;
+    repetitions_.expect_same_counter();
   }
   react(now, reaction, finished);
 }
 
-/// A slave sends a message again only on request, with the same counter (ETG.1000.4 6.6.3); 0 is not counted. Some
-/// slaves never advance their counter: as soon as that is known, only a requested message can be a repetition.
-MailboxChannel::Novelty MailboxChannel::compare(const wire::MailboxHeader& header,
-                                                std::span<const std::byte> mail) const {
-  if (header.counter == 0 || header.counter != last_received_) return Novelty::kNew;
-  if (!std::equal(mail.begin(), mail.end(), last_mail_.begin(), last_mail_.end())) return Novelty::kSameCounter;
-  const bool requested = reader_.repeated() != last_repeated_;
-  return uncounted_ && !requested ? Novelty::kSameCounter : Novelty::kRepetition;
-}
-
 bool MailboxChannel::awaits(wire::MailboxType type) const noexcept {
-  return active_ && attempted_ && !leaving_ && type == active_->type();
-}
-
-/// A request that has been sent again may be answered with the same words again.
-bool MailboxChannel::believes_repetition() const noexcept {
-  return taken_ > 1 && reader_.repeated() == last_repeated_;
+  return active_ && request_.attempted && !request_.leaving && type == active_->type();
 }
 
 bool MailboxChannel::is_for_another(const wire::MailboxHeader& header) const noexcept {
@@ -439,7 +406,7 @@ void MailboxChannel::pass_on(nanoseconds now, const wire::MailboxHeader& header,
   const auto type = header.type;
   const bool streamed = stream_ && type == stream_->type();
   if (streamed) {
-    stream_moved_until_ = now + settings_.stream_poll;
+    stream_times_.active_until = now + settings_.stream_poll;
     reader_.expect_more();
   } else {
     ++statistics_.unclaimed;
@@ -450,30 +417,27 @@ void MailboxChannel::pass_on(nanoseconds now, const wire::MailboxHeader& header,
     refuse_request(now, header, wire::MailboxErrorCode::kInvalidHeader);
   } else if (*obstacle != wire::MailboxErrorCode::kUnsupportedProtocol) {
     refuse_request(now, header, *obstacle);
-  } else if ((known_ & bit_of(type)) == 0) {
+  } else if (!refusals_.has_requested(type)) {
     refuse(type);
   }
 }
 
-/// Refuses each protocol once: a slave that continues has not understood.
 void MailboxChannel::refuse(wire::MailboxType type) {
   ++statistics_.refused;
-  if ((refused_ & bit_of(type)) != 0) return;
-  refused_ |= bit_of(type);
+  if (!refusals_.refuses_protocol(type)) return;
   submit(std::make_shared<Refusal>(wire::MailboxErrorCode::kUnsupportedProtocol, std::uint16_t{0}));
 }
 
 /// Answers a request of the slave that cannot be served or forwarded. An error reply has no answer.
 void MailboxChannel::refuse_request(nanoseconds now, const wire::MailboxHeader& header, wire::MailboxErrorCode code) {
   ++statistics_.refused;
-  if (header.type == wire::MailboxType::kError || now < next_refusal_) return;
-  next_refusal_ = now + kRefusalPause;
+  if (header.type == wire::MailboxType::kError || !refusals_.refuses_request(now)) return;
   submit(std::make_shared<Refusal>(code, header.address));
 }
 
 /// Continues after the pause that a busy slave requested.
 void MailboxChannel::resume(nanoseconds now, Finished& finished) {
-  if (!resume_at_ || now < *resume_at_) return;
+  if (!request_.resume_at || now < *request_.resume_at) return;
   if (!load_outgoing(now)) finish(finished, error(facts::MailboxMalformed{}));
 }
 
@@ -485,13 +449,13 @@ void MailboxChannel::react(nanoseconds now, Reaction reaction, Finished& finishe
       if (!load_outgoing(now)) finish(finished, error(facts::MailboxMalformed{}));
       break;
     case Reaction::kPause:
-      resume_at_ = now + active_->pause();
+      request_.resume_at = now + active_->pause();
       withdraw();
-      deadline_ = *resume_at_ + reply_timeout();
+      request_.deadline = *request_.resume_at + reply_timeout();
       break;
     case Reaction::kAwait:
       withdraw();
-      deadline_ = now + reply_timeout();
+      request_.deadline = now + reply_timeout();
       break;
     case Reaction::kDone:
       finish(finished);
@@ -504,8 +468,8 @@ void MailboxChannel::react(nanoseconds now, Reaction reaction, Finished& finishe
 /// counts.
 void MailboxChannel::take_error(nanoseconds now, std::span<const std::byte> service, Finished& finished) {
   const auto reply = wire::MailboxErrorReply::decode(service);
-  const bool echo = now < echo_until_ && reply && reply->code == wire::MailboxErrorCode::kUnsupportedProtocol;
-  if (!active_ || !attempted_ || leaving_ || echo) {
+  const bool echo = reply && refusals_.is_echo(now, reply->code);
+  if (!active_ || !request_.attempted || request_.leaving || echo) {
     ++statistics_.unclaimed;
     return;
   }
@@ -514,32 +478,32 @@ void MailboxChannel::take_error(nanoseconds now, std::span<const std::byte> serv
     finish(finished, error(facts::MailboxMalformed{}));
     return;
   }
-  error_reply_ = static_cast<std::uint16_t>(reply->code);
-  if (now >= stream_echo_until_) deadline_ = std::min(deadline_, now + settings_.error_grace);
+  request_.error_reply = static_cast<std::uint16_t>(reply->code);
+  if (now >= stream_times_.echo_until) request_.deadline = std::min(request_.deadline, now + settings_.error_grace);
 }
 
 /// Also expires while other messages keep arriving: a slave that sends other messages does not answer.
 void MailboxChannel::check_deadlines(nanoseconds now, Finished& finished) {
-  if (sender_ == Sender::kStream && now >= stream_deadline_) {
+  if (sender_ == Sender::kStream && now >= stream_times_.deadline) {
     stop_stream();
     stream_->given_up();
   }
-  if (!active_ || now < deadline_) return;
-  if (error_reply_) {
-    finish(finished, error(facts::MailboxError{.code = *error_reply_}));
+  if (!active_ || now < request_.deadline) return;
+  if (request_.error_reply) {
+    finish(finished, error(facts::MailboxError{.code = *request_.error_reply}));
     return;
   }
-  if (leaving_) {
+  if (request_.leaving) {
     finish(finished);
     return;
   }
   ++statistics_.timeouts;
   const bool taken = !sending();
-  active_->fail(error(facts::MailboxTimeout{.timeout = taken_ == 0 && !taken ? request_timeout() : reply_timeout(),
-                                            .dropped = dropped_}));
-  leaving_ = true;
+  active_->fail(error(facts::MailboxTimeout{
+      .timeout = request_.taken == 0 && !taken ? request_timeout() : reply_timeout(), .dropped = request_.dropped}));
+  request_.leaving = true;
   if (taken && active_->takes_leave() && load_outgoing(now)) {
-    deadline_ = now + kLeaveTime;
+    request_.deadline = now + kLeaveTime;
   } else {
     finish(finished);
   }

@@ -17,6 +17,8 @@
 #include "driveline/ecat_master/mailbox/mailbox_stream.hpp"
 #include "driveline/ecat_master/mailbox/mailbox_window.hpp"
 #include "driveline/ecat_master/mailbox/mailbox_writer.hpp"
+#include "driveline/ecat_master/mailbox/refusal_record.hpp"
+#include "driveline/ecat_master/mailbox/repetition_filter.hpp"
 #include "driveline/wire/mailbox.hpp"
 
 namespace driveline::ecat_master {
@@ -126,11 +128,33 @@ class MailboxChannel {
     std::optional<MailboxReader::Ahead> ahead;
   };
 
+  /// Message of the dialogue in progress.
+  struct Outgoing {
+    bool owed = false;          ///< waits until the slave has taken a message of the stream
+    bool attempted = false;     ///< may have been taken by the slave
+    bool leaving = false;       ///< is the final message after a failure
+    bool again = false;         ///< is sent again with the same counter
+    std::uint8_t counter = 0;   ///< mailbox counter
+    std::uint32_t taken = 0;    ///< how often the slave has taken it
+    std::uint32_t dropped = 0;  ///< messages dropped as repetitions since it was sent first
+    std::chrono::nanoseconds repeat_at{0};
+    std::chrono::nanoseconds deadline{0};
+    std::optional<std::uint16_t> error_reply{};
+    std::optional<std::chrono::nanoseconds> resume_at{};  ///< the slave is busy; resume at this time
+  };
+
+  /// Times of the stream.
+  struct StreamTimes {
+    std::chrono::nanoseconds deadline{0};      ///< time limit for the slave to take its message
+    std::chrono::nanoseconds active_until{0};  ///< until then the stream counts as active
+    std::chrono::nanoseconds echo_until{0};    ///< until then an error reply may refer to a message of the stream
+  };
+
   [[nodiscard]] std::chrono::nanoseconds request_timeout() const noexcept;
   /// Time-out of the answers of the dialogue in progress.
   [[nodiscard]] std::chrono::nanoseconds reply_timeout() const noexcept;
   /// Whether the slave has not yet taken the message of the dialogue in progress.
-  [[nodiscard]] bool sending() const noexcept { return owed_ || sender_ == Sender::kDialogue; }
+  [[nodiscard]] bool sending() const noexcept { return request_.owed || sender_ == Sender::kDialogue; }
 
   void start_next(std::chrono::nanoseconds now, Finished& finished);
   [[nodiscard]] bool load_outgoing(std::chrono::nanoseconds now);
@@ -150,12 +174,8 @@ class MailboxChannel {
   bool take_written(std::chrono::nanoseconds now, const Request& answer, Finished& finished);
   bool take_found(std::chrono::nanoseconds now, MailboxReader::Found found, const Outlets& outlets, Finished& finished);
   void take_mail(std::chrono::nanoseconds now, const Outlets& outlets, Finished& finished);
-  /// How the counter and content of a message compare with those of the previous one.
-  enum class Novelty : std::uint8_t { kNew, kSameCounter, kRepetition };
-  [[nodiscard]] Novelty compare(const wire::MailboxHeader& header, std::span<const std::byte> mail) const;
   /// Whether the dialogue in progress waits for messages of this protocol.
   [[nodiscard]] bool awaits(wire::MailboxType type) const noexcept;
-  [[nodiscard]] bool believes_repetition() const noexcept;
   void enqueue(std::shared_ptr<MailboxDialogue> dialogue);
   /// Whether the header addresses another station.
   [[nodiscard]] bool is_for_another(const wire::MailboxHeader& header) const noexcept;
@@ -181,34 +201,14 @@ class MailboxChannel {
   MailboxReader reader_;
   Sender sender_ = Sender::kNone;  ///< sender of the message in writer_
 
-  // The dialogue in progress, and the queued ones.
   std::deque<std::shared_ptr<MailboxDialogue>> queue_;
-  std::shared_ptr<MailboxDialogue> active_;
-  bool owed_ = false;                 ///< its service waits until the slave has taken a message of the stream
-  bool attempted_ = false;            ///< its message may have been taken
-  bool leaving_ = false;              ///< its message is the final message after a failure
-  bool again_ = false;                ///< its message is sent again with the same counter
-  std::uint32_t taken_ = 0;           ///< how often the slave has taken its message
-  std::uint32_t dropped_ = 0;         ///< messages dropped as repetitions since it was sent first
-  std::uint8_t request_counter_ = 0;  ///< mailbox counter of its message
-  std::chrono::nanoseconds repeat_at_{0};
-  std::optional<std::uint16_t> error_reply_;
-  std::chrono::nanoseconds deadline_{0};
-  std::optional<std::chrono::nanoseconds> resume_at_;  ///< the slave is busy; resume at this time
-
+  std::shared_ptr<MailboxDialogue> active_;  ///< dialogue in progress
+  Outgoing request_;                         ///< its message
   std::shared_ptr<MailboxStream> stream_;
-  std::chrono::nanoseconds stream_deadline_{0};     ///< time limit for the slave to take the stream's message
-  std::chrono::nanoseconds stream_moved_until_{0};  ///< until then the stream counts as active
-  std::chrono::nanoseconds stream_echo_until_{0};   ///< until then an error reply may refer to a message of the stream
+  StreamTimes stream_times_;
 
-  std::uint16_t known_ = 0;    ///< one bit per protocol in which a request has been sent
-  std::uint16_t refused_ = 0;  ///< one bit per protocol that has been refused
-  std::chrono::nanoseconds echo_until_{0};
-  std::chrono::nanoseconds next_refusal_{0};  ///< earliest time of the next answer to a request of the slave
-  std::uint8_t last_received_ = 0;            ///< counter of the last message from the slave
-  std::vector<std::byte> last_mail_;          ///< that message, without padding
-  std::uint64_t last_repeated_ = 0;           ///< reader_.repeated() when it arrived
-  bool uncounted_ = false;                    ///< the slave has given different messages the same counter
+  RefusalRecord refusals_;
+  RepetitionFilter repetitions_;
 
   Turn turn_;   ///< turn whose answers are processed next
   Turn ahead_;  ///< the following turn
