@@ -124,9 +124,9 @@ Result<RunReport> Line::run(const RunSettings& settings) {
   if (auto claimed = claim(settings.force); !claimed) return tl::unexpected(claimed.error());
   bus_ = make_bus();
   run_ = std::make_unique<LineRun>(
-      *bus_, LineRun::Settings{std::move(path_), source_, &axis_requests_, &groups_, settings.enable, tasks_.get(),
-                               settings.duration_s, settings.force, settings.telemetry, settings.trace, consumers_,
-                               observer_, &stop_});
+      *bus_, RunMotion::Settings{std::move(path_), source_, &axis_requests_, &groups_, settings.enable, tasks_.get()},
+      LineRun::Settings{settings.duration_s, settings.force, settings.telemetry, settings.trace, consumers_, observer_,
+                        &stop_});
   auto report = run_->execute();
   if (report) {
     finish_capture(*report);
