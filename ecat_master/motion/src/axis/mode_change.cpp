@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 namespace driveline::motion {
@@ -14,13 +13,8 @@ using cia402::Mode;
 constexpr std::uint32_t kExchangesShown = 8;
 /// Weight of a new measurement in the filtered torque.
 constexpr double kFollowed = 1.0 / 4.0;
-/// Fading-memory filter that estimates position, velocity and acceleration from positions: the memory factor per cycle,
-/// the gains, and the cycles until the estimate is good. CST needs more cycles, because a torque may accelerate the
-/// axis in any way.
-constexpr double kMemory = 0.75;
-constexpr double kObservedPosition = 1.0 - kMemory * kMemory * kMemory;
-constexpr double kObservedVelocity = 1.5 * (1.0 - kMemory) * (1.0 - kMemory) * (1.0 + kMemory);
-constexpr double kObservedAcceleration = (1.0 - kMemory) * (1.0 - kMemory) * (1.0 - kMemory);
+/// Cycles until the estimate of ObservedMotion is good. CST needs more cycles, because a torque may accelerate the axis
+/// in any way.
 constexpr std::uint32_t kCyclesObserved = 8;
 constexpr std::uint32_t kCyclesObservedInTorque = 32;
 /// Additional cycles for which the command to change is delayed while the axis does not yet move as commanded: its
@@ -42,8 +36,6 @@ constexpr double kFed = 0.05;
 constexpr double kFedWell = 1e-5;
 /// Time constant with which the torque taken over from the drive fades to that of the master's loops, s.
 constexpr double kFadeS = 0.2;
-/// Shares of a torque change that take effect in each of the three cycles after it was commanded.
-constexpr double kTorqueArrives[] = {0.3, 0.4, 0.3};
 
 }  // namespace
 
@@ -61,23 +53,20 @@ void ModeChange::begin(const Measured& measured, const Targets& last) noexcept {
   }
   // Outside CST the torque target held the feed-forward only.
   if (!by_torque && measured.torque_known) torque_bias_ = measured.torque - last.torque;
-  position_ = last.position;
-  velocity_ = by_position ? measured.led_velocity : on_loop ? last.velocity : measured.velocity;
+  target_.position = last.position;
+  const double velocity = by_position ? measured.led_velocity : on_loop ? last.velocity : measured.velocity;
   preparing_ = kCyclesUnsettled + (by_torque ? kCyclesObservedInTorque : kCyclesObserved);
-  observed_ = {measured.position, by_position ? measured.led_velocity : measured.velocity, last.acceleration};
+  observed_.start({measured.position, by_position ? measured.led_velocity : measured.velocity, last.acceleration},
+                  last.torque);
   // The position measured in this cycle is processed once more in the same cycle.
-  if (measured.fresh) observed_.position -= observed_.velocity * settings_.period_s;
+  if (measured.fresh) observed_.step_back();
   feed_velocity_ = last.feed_velocity;
-  before_[0] = before_[1] = velocity_;
-  std::fill(std::begin(commanded_torque_), std::end(commanded_torque_), last.torque);
-  on_its_way_ = 0.0;
+  lag_ = {.before = {velocity, velocity}};
   leading_ = by_position;
-  if (!on_loop && !by_position) return_from(measured.position - velocity_ * settings_.period_s, velocity_);
-  velocity_bias_ = 0.0;
-  lag_ = 0.0;
+  if (!on_loop && !by_position) return_from(measured.position - velocity * settings_.period_s, velocity);
   first_ = true;
   heard_ = false;
-  lowest_held_ = highest_held_ = velocity_;
+  held_ = {velocity, velocity, velocity};
   phase_ = Phase::kPending;
 }
 
@@ -95,23 +84,22 @@ void ModeChange::skip(std::int64_t periods, Mode wanted) noexcept {
   if (periods <= 0) return;
   const double time = static_cast<double>(periods) * settings_.period_s;
   if (in_force(wanted) == Mode::kCyclicTorque) {
-    hold_torque();
+    observed_.hold_torque();
   } else {
-    observed_.acceleration = 0.0;
+    observed_.coast();
   }
-  observed_.position += time * (observed_.velocity + 0.5 * time * observed_.acceleration);
-  observed_.velocity += time * observed_.acceleration;
+  observed_.pass(time);
   // A drive that may have received the command to change holds the velocity that came with it.
   const bool may_hold = preparing_ == 0 && elapsed_s_ > 0.0 && !heard_ && wanted == Mode::kCyclicVelocity;
   if (!may_hold) {
-    lowest_held_ += time * observed_.acceleration;
-    highest_held_ += time * observed_.acceleration;
+    held_.lowest += time * observed_.motion().acceleration;
+    held_.highest += time * observed_.motion().acceleration;
   }
   // The velocity target of the last cycle was not sent.
-  velocity_ = lowest_held_;
+  held_.target = held_.lowest;
   led_.position += time * led_.velocity;
   // A drive that follows positions has kept moving as well.
-  position_ += time * position_velocity_;
+  target_.position += time * target_.velocity;
   if (!on_setpoints_) return_.skip(time);
   // The command was not sent, or may not have arrived: the drive would start at a position that was never measured. A
   // drive that received it without its answer arriving returns from CSP to CSV at the velocity that it has.
@@ -133,9 +121,9 @@ void ModeChange::update(const Measured& measured, Mode wanted) noexcept {
 /// Ends the pending phase; the axis continues from the present motion of the drive.
 void ModeChange::settle(const Measured& measured, Mode mode) noexcept {
   if (cia402::by_position(mode)) {
-    return_from(position_, position_velocity_);
-  } else if (mode == Mode::kCyclicVelocity && std::abs(velocity_bias_) > 0.0) {
-    return_from(measured.position - velocity_ * settings_.period_s, velocity_);
+    return_from(target_.position, target_.velocity);
+  } else if (mode == Mode::kCyclicVelocity && std::abs(lag_.bias) > 0.0) {
+    return_from(measured.position - held_.target * settings_.period_s, held_.target);
   }
   if (mode != Mode::kCyclicTorque) torque_bias_ = 0.0;
   leading_ = false;
@@ -163,8 +151,8 @@ trajectory::AxisSetpoint ModeChange::reference(const Measured& measured,
 void ModeChange::feed(const Measured& measured, const trajectory::AxisSetpoint& reference) noexcept {
   const bool by_setpoints = led(measured);
   const bool by_loop = pending() && !cia402::by_position(measured.shown);
-  const double wanted = by_setpoints ? position_velocity_ : by_loop ? observed_.velocity : reference.velocity;
-  const double acceleration = by_setpoints ? position_acceleration_ : reference.acceleration;
+  const double wanted = by_setpoints ? target_.velocity : by_loop ? observed_.motion().velocity : reference.velocity;
+  const double acceleration = by_setpoints ? target_.acceleration : reference.acceleration;
   feed_velocity_ += settings_.period_s * acceleration + kFed * (wanted - feed_velocity_);
   fed_ = std::abs(reference.velocity - feed_velocity_) <= kFedWell * settings_.limits.max_velocity;
 }
@@ -176,10 +164,7 @@ trajectory::AxisSetpoint ModeChange::lead(const Measured& measured, const trajec
   const double most = settings_.limits.max_acceleration;
   const double change = (measured.led_velocity - led_.velocity) / settings_.period_s;
   const double acceleration = first_ ? 0.0 : std::clamp(change, -most, most);
-  const auto target = on_setpoints_ ? setpoint : approach(setpoint);
-  position_ = target.position;
-  position_velocity_ = target.velocity;
-  position_acceleration_ = target.acceleration;
+  target_ = on_setpoints_ ? setpoint : approach(setpoint);
   const bool seen = first_ || measured.fresh;
   const double position = seen ? measured.position : led_.position + measured.led_velocity * settings_.period_s;
   led_ = {position, measured.led_velocity, acceleration, setpoint.torque};
@@ -204,64 +189,30 @@ void ModeChange::fade() noexcept {
   if (on_setpoints_ && fed_ && !(std::abs(torque_bias_) > 0.0)) phase_ = Phase::kNone;
 }
 
-/// Estimates the motion of the axis in any mode; the measured position is quantised.
-void ModeChange::observe(const Measured& measured) noexcept {
-  const double t = settings_.period_s;
-  observed_.position += t * (observed_.velocity + 0.5 * t * observed_.acceleration);
-  observed_.velocity += t * observed_.acceleration;
-  if (!measured.fresh) return;
-  const double deviation = measured.position - observed_.position;
-  observed_.position += kObservedPosition * deviation;
-  observed_.velocity += kObservedVelocity * deviation / t;
-  observed_.acceleration += kObservedAcceleration * deviation / (t * t);
-}
-
-/// Adds the effect of the torques commanded last, which the positions do not show yet, to the acceleration.
-void ModeChange::expect(double torque) noexcept {
-  if (!(settings_.inertia > 0.0)) return;
-  double arrives = 0.0;
-  for (std::size_t i = 0; i < 3; ++i) arrives += kTorqueArrives[i] * (commanded_torque_[i] - commanded_torque_[i + 1]);
-  observed_.acceleration += arrives / settings_.inertia;
-  const double rest = kTorqueArrives[2] * (commanded_torque_[1] - commanded_torque_[2]) +
-                      (1.0 - kTorqueArrives[0]) * (commanded_torque_[0] - commanded_torque_[1]);
-  on_its_way_ = (torque - commanded_torque_[0] + rest) / settings_.inertia;
-  std::copy_backward(std::begin(commanded_torque_), std::end(commanded_torque_) - 1, std::end(commanded_torque_));
-  commanded_torque_[0] = torque;
-}
-
-/// The torque of the last cycle was not sent; earlier ones still take effect.
-void ModeChange::hold_torque() noexcept {
-  if (!(settings_.inertia > 0.0)) return;
-  const double arrives = (1.0 - kTorqueArrives[0]) * (commanded_torque_[1] - commanded_torque_[2]) +
-                         kTorqueArrives[2] * (commanded_torque_[2] - commanded_torque_[3]);
-  observed_.acceleration += arrives / settings_.inertia;
-  on_its_way_ = 0.0;
-  std::fill(std::begin(commanded_torque_), std::end(commanded_torque_), commanded_torque_[1]);
-}
-
 void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept {
   const bool by_torque = measured.shown == Mode::kCyclicTorque;
-  if (by_torque) expect(wanted.torque + torque_bias_);
-  observe(measured);
-  lowest_held_ = measured.fresh ? velocity_ : std::min(lowest_held_, velocity_);
-  highest_held_ = measured.fresh ? velocity_ : std::max(highest_held_, velocity_);
-  // Actual velocity minus the one wanted two cycles ago; a load or a loop causes the difference.
-  if (by_torque) velocity_bias_ = observed_.velocity - before_[1];
-  if (measured.shown == Mode::kCyclicVelocity) lag_ = observed_.velocity - before_[1] - velocity_bias_;
-  before_[1] = before_[0];
-  before_[0] = wanted.velocity;
+  if (by_torque) observed_.command(wanted.torque + torque_bias_);
+  observed_.predict();
+  if (measured.fresh) observed_.correct(measured.position);
+  held_.lowest = measured.fresh ? held_.target : std::min(held_.lowest, held_.target);
+  held_.highest = measured.fresh ? held_.target : std::max(held_.highest, held_.target);
+  const auto& motion = observed_.motion();
+  if (by_torque) lag_.bias = motion.velocity - lag_.before[1];
+  if (measured.shown == Mode::kCyclicVelocity) lag_.lag = motion.velocity - lag_.before[1] - lag_.bias;
+  lag_.before[1] = lag_.before[0];
+  lag_.before[0] = wanted.velocity;
   // The bias is the torque beyond what accelerates the axis as it was observed to accelerate.
-  const double accelerates = settings_.inertia * (wanted.acceleration - observed_.acceleration);
+  const double accelerates = settings_.inertia * (wanted.acceleration - motion.acceleration);
   if (!by_torque && measured.fresh && measured.torque_known)
     torque_bias_ += kFollowed * (measured.torque - wanted.torque + accelerates - torque_bias_);
-  const double demand = gradually(wanted.velocity + velocity_bias_);
+  const double demand = gradually(wanted.velocity + lag_.bias);
   if (!led(measured)) place(cia402::by_position(measured.shown), demand);
-  velocity_ = demand;
+  held_.target = demand;
   if (preparing_ > 0) {
     if (preparing_ > 1 || measured.fresh) --preparing_;
     const double most = kSettledShare * settings_.limits.max_acceleration;
-    const bool settled = std::abs(lag_) <= kSettledS * most && measured.fresh &&
-                         std::abs(wanted.acceleration - observed_.acceleration) <= most;
+    const bool settled = std::abs(lag_.lag) <= kSettledS * most && measured.fresh &&
+                         std::abs(wanted.acceleration - motion.acceleration) <= most;
     elapsed_s_ = settled ? elapsed_s_ + settings_.period_s : 0.0;
     const bool long_enough = elapsed_s_ > (kCyclesObserved - 0.5) * settings_.period_s;
     if (preparing_ <= kCyclesUnsettled && long_enough) preparing_ = 0;
@@ -277,20 +228,20 @@ void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept
 double ModeChange::gradually(double velocity) const noexcept {
   if (first_ || (preparing_ > 0 && from_ != Mode::kCyclicVelocity)) return velocity;
   const double most = settings_.limits.max_acceleration * settings_.period_s;
-  return std::min(std::max(velocity, highest_held_ - most), lowest_held_ + most);
+  return std::min(std::max(velocity, held_.highest - most), held_.lowest + most);
 }
 
 /// Position target that yields the motion of this velocity. A position takes effect half a cycle later than a velocity.
 void ModeChange::place(bool by_position, double velocity) noexcept {
   if (by_position) {
-    position_velocity_ = velocity + kLagTaken * lag_ + 0.5 * (velocity - velocity_);
-    position_ += settings_.period_s * position_velocity_;
+    target_.velocity = velocity + kLagTaken * lag_.lag + 0.5 * (velocity - held_.target);
+    target_.position += settings_.period_s * target_.velocity;
     return;
   }
   const double ahead = settings_.lead_cycles * settings_.period_s;
-  const double acceleration = observed_.acceleration + on_its_way_;
-  position_ = observed_.position + ahead * (observed_.velocity + 0.5 * ahead * acceleration);
-  position_velocity_ = velocity;
+  const auto& motion = observed_.motion();
+  target_.position = motion.position + ahead * (motion.velocity + 0.5 * ahead * observed_.coming_acceleration());
+  target_.velocity = velocity;
 }
 
 }  // namespace driveline::motion

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "driveline/motion/axis/observed_motion.hpp"
 #include "driveline/motion/cia402/cia402.hpp"
 #include "driveline/trajectory/deviation.hpp"
 #include "driveline/trajectory/motion_limits.hpp"
@@ -40,7 +41,8 @@ class ModeChange {
 
   ModeChange() = default;
   /// Starts idle.
-  explicit ModeChange(const Settings& settings) noexcept : settings_(settings) {}
+  explicit ModeChange(const Settings& settings) noexcept
+      : settings_(settings), observed_(settings.period_s, settings.inertia) {}
 
   /// The last targets of an axis, rad or m, rad/s or m/s, rad/s^2 or m/s^2, Nm or N.
   struct Targets {
@@ -101,9 +103,9 @@ class ModeChange {
   /// Position of the last reference(); rad or m.
   [[nodiscard]] double reference_position() const noexcept { return reference_position_; }
   /// Position target after follow(), rad or m; valid whichever mode the drive is in.
-  [[nodiscard]] double position() const noexcept { return position_; }
+  [[nodiscard]] double position() const noexcept { return target_.position; }
   /// Velocity target after follow(), rad/s or m/s.
-  [[nodiscard]] double velocity() const noexcept { return velocity_; }
+  [[nodiscard]] double velocity() const noexcept { return held_.target; }
   /// Part of the velocity that is feed-forward, rad/s or m/s. It is that of the setpoint in CSP, and that of the actual
   /// motion before and after; it never steps.
   [[nodiscard]] double feed_velocity() const noexcept { return feed_velocity_; }
@@ -112,6 +114,19 @@ class ModeChange {
 
  private:
   enum class Phase : std::uint8_t { kNone, kPending, kReturning };
+  /// Velocity target that continues the motion, and the range of those that the drive may hold after a gap; rad/s or
+  /// m/s.
+  struct HeldVelocity {
+    double target = 0.0;
+    double lowest = 0.0;
+    double highest = 0.0;
+  };
+  /// Actual velocity minus the one wanted two cycles ago: a load or a loop causes the difference; rad/s or m/s.
+  struct VelocityLag {
+    double bias = 0.0;      ///< difference in CST
+    double lag = 0.0;       ///< difference in CSV beyond `bias`
+    double before[2] = {};  ///< wanted velocities of the last two cycles, newest first
+  };
 
   void settle(const Measured& measured, cia402::Mode mode) noexcept;
   void return_from(double position, double velocity) noexcept;
@@ -120,9 +135,6 @@ class ModeChange {
   [[nodiscard]] trajectory::AxisSetpoint approach(const trajectory::AxisSetpoint& setpoint) noexcept;
   void fade() noexcept;
   void feed(const Measured& measured, const trajectory::AxisSetpoint& reference) noexcept;
-  void observe(const Measured& measured) noexcept;
-  void expect(double torque) noexcept;
-  void hold_torque() noexcept;
   [[nodiscard]] double gradually(double velocity) const noexcept;
   void place(bool by_position, double velocity) noexcept;
   /// Whether the drive has not left the mode of position setpoints yet.
@@ -131,27 +143,19 @@ class ModeChange {
   }
 
   Settings settings_{};
-  trajectory::Deviation return_{};  ///< return to the setpoints
-  trajectory::AxisSetpoint led_{};  ///< motion that results from the position setpoints
+  ObservedMotion observed_{};
+  trajectory::Deviation return_{};     ///< return to the setpoints
+  trajectory::AxisSetpoint led_{};     ///< motion that results from the position setpoints
+  trajectory::AxisSetpoint target_{};  ///< position target that continues the motion; acceleration: while it leads
+  HeldVelocity held_{};
+  VelocityLag lag_{};
   double reference_position_ = 0.0;
-  double position_ = 0.0;  ///< target position that continues the motion, rad or m
-  double position_velocity_ = 0.0;
-  double position_acceleration_ = 0.0;  ///< acceleration of the position target while the drive is led
-  double velocity_ = 0.0;               ///< target velocity that continues the motion, rad/s or m/s
-  double lowest_held_ = 0.0;            ///< lowest velocity target that the drive may hold
-  double highest_held_ = 0.0;
-  double velocity_bias_ = 0.0;
-  double lag_ = 0.0;                     ///< actual velocity minus the velocity target, rad/s or m/s
-  trajectory::AxisSetpoint observed_{};  ///< estimated motion of the axis
-  double on_its_way_ = 0.0;              ///< acceleration that the torques commanded last will add
-  double commanded_torque_[4] = {};      ///< torques commanded in the last cycles, newest first
   double feed_velocity_ = 0.0;
-  double before_[2] = {};        ///< wanted velocities of the last two cycles, newest first
-  cia402::Mode from_{};          ///< mode at the start of the change
-  std::uint32_t preparing_ = 0;  ///< cycles until the new mode is commanded
-  double elapsed_s_ = 0.0;       ///< time since the command, s; before it: since the motion settled
   double torque_bias_ = 0.0;
-  std::uint32_t shown_ = 0;  ///< consecutive exchanges that showed the wanted mode
+  double elapsed_s_ = 0.0;       ///< time since the command, s; before it: since the motion settled
+  std::uint32_t preparing_ = 0;  ///< cycles until the new mode is commanded
+  std::uint32_t shown_ = 0;      ///< consecutive exchanges that showed the wanted mode
+  cia402::Mode from_{};          ///< mode at the start of the change
   Phase phase_ = Phase::kNone;
   bool first_ = false;         ///< this is the first cycle of the change
   bool heard_ = false;         ///< the drive has received the command to change
