@@ -26,15 +26,15 @@ SingleAxis::SingleAxis(Axis& axis, RequestTable& table, const Settings& settings
       following_watch_(axis.config(), settings.period),
       coast_(axis.config(), period_s_),
       supply_(axis.config(), period_s_, axis.divider()),
-      lost_limit_(
-          LostLimit{settings.bad_cycle_limit, settings.bad_time_limit}.exchanges_of(axis.divider(), settings.period)) {}
+      exchange_{
+          LostLimit{settings.bad_cycle_limit, settings.bad_time_limit}.exchanges_of(axis.divider(), settings.period)} {}
 
 void SingleAxis::read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh,
                              std::chrono::nanoseconds late) noexcept {
-  exchanged_ = valid && fresh;
+  exchange_.good = valid && fresh;
   if (fresh) {
-    seen_ = valid;
-    bad_exchanges_ = valid ? 0 : bad_exchanges_ + 1;
+    exchange_.last_good = valid;
+    exchange_.bad = valid ? 0 : exchange_.bad + 1;
   }
   // Single bad exchanges are bridged with the inputs of the last good one.
   if (valid || lost()) axis_->read_inputs(image, valid, fresh, late);
@@ -51,9 +51,9 @@ void SingleAxis::begin_cycle(std::int64_t cycle, std::chrono::nanoseconds took) 
 }
 
 void SingleAxis::enter(Power power) noexcept {
-  power_ = power;
-  power_since_ = cycle_;
-  cycles_at_rest_ = 0;
+  power_.phase = power;
+  power_.since = cycle_;
+  power_.cycles_at_rest = 0;
 }
 
 bool SingleAxis::exceeded(std::int64_t since, std::chrono::nanoseconds limit) const noexcept {
@@ -72,9 +72,9 @@ bool SingleAxis::off() const noexcept {
 /// without the position loop of the master, from this cycle on.
 void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
   if (axis_->inputs().state == snapshot::AxisState::kUnavailable) return forget_place();
-  if (!exchanged_) return axis_->coast_on(period_s_);
+  if (!exchange_.good) return axis_->coast_on(period_s_);
   const bool holds = !drive_moves() && axis_->config().mode != cia402::Mode::kProfileVelocity;
-  const bool driven = axis_->enabled() && (powered() || power_ == Power::kEnabling) && holds;
+  const bool driven = axis_->enabled() && (powered() || power_.phase == Power::kEnabling) && holds;
   const auto finding = watch_.judge(cycle_, axis_->inputs().position, setpoint_, driven, took);
   coast_.update(watch_.held(), axis_->inputs().velocity);
   axis_->hold_at(watch_.held(), coast_.velocity());
@@ -82,7 +82,7 @@ void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
     setpoint_ = {watch_.held(), 0.0, 0.0};
     rest();
   }
-  if (finding && torque_ == Torque::kLed) return fail(AxisError::kPosition);
+  if (finding && torque_.phase == Torque::kLed) return fail(AxisError::kPosition);
   if (finding && state_ != PlcopenState::kErrorStop) stop_for_position();
 }
 
@@ -112,7 +112,7 @@ void SingleAxis::stop_by_ramp(AxisError error) noexcept {
 }
 
 void SingleAxis::watch() noexcept {
-  switch (power_) {
+  switch (power_.phase) {
     case Power::kOff:
       // A drive with a fault while it is off has to be reset before it can be enabled.
       if (state_ == PlcopenState::kDisabled && axis_->fault()) fail(AxisError::kFault);
@@ -132,7 +132,7 @@ void SingleAxis::watch() noexcept {
 
 void SingleAxis::watch_enabling() noexcept {
   if (axis_->reports_fault()) return fail(AxisError::kFault);
-  if (exceeded(power_since_, settings_.enable_timeout))
+  if (exceeded(power_.since, settings_.enable_timeout))
     fail(watch_.unsteady() ? AxisError::kPosition : AxisError::kEnableTimeout);
 }
 
@@ -141,7 +141,7 @@ void SingleAxis::watch_power() noexcept {
   if (axis_->fault() || axis_->reports_fault())
     return fail(homing_has_failed() ? AxisError::kHoming : AxisError::kFault);
   if (!axis_->enabled()) return fail(AxisError::kLost);
-  const bool follows = state_ != PlcopenState::kErrorStop && torque_ == Torque::kNone && !drive_moves();
+  const bool follows = state_ != PlcopenState::kErrorStop && torque_.phase == Torque::kNone && !drive_moves();
   if (following_watch_.judge(cycle_, axis_->following_error(), follows)) stop_by_ramp(AxisError::kFollowingError);
 }
 
@@ -154,19 +154,19 @@ void SingleAxis::fail(AxisError error) noexcept {
   }
   state_ = PlcopenState::kErrorStop;
   drop_by_drive(error);
-  torque_ = Torque::kNone;
+  torque_.phase = Torque::kNone;
   finish_move(RequestPhase::kError, error);
   drop_waiting(error);
-  finish(power_request_, RequestPhase::kError, error);
+  finish(power_.request, RequestPhase::kError, error);
   end_probe(RequestPhase::kError, error);
-  if (power_ != Power::kOff && power_ != Power::kDisabling) enter(Power::kQuickStop);
+  if (power_.phase != Power::kOff && power_.phase != Power::kDisabling) enter(Power::kQuickStop);
 }
 
 void SingleAxis::advance(const trajectory::AxisSetpoint* fed, bool waits) noexcept {
   advance_reset();
   advance_mode();
   advance_probe();
-  held_up_ = waits ? held_up_ + 1 : 0;
+  feed_.held_up = waits ? feed_.held_up + 1 : 0;
   if (powered()) return advance_motion(fed, waits);
   advance_powerless();
 }
@@ -176,7 +176,7 @@ void SingleAxis::advance_powerless() noexcept {
   restore_mode();
   // An axis that is already enabled holds the position at which it was enabled.
   if (!axis_->stays_on()) setpoint_ = axis_->held();
-  switch (power_) {
+  switch (power_.phase) {
     case Power::kEnabling:
       // Brake a coasting axis at once; an axis at standstill waits for its brake.
       if (!axis_->ready() && !(axis_->stays_on() && std::abs(setpoint_.velocity) > 0.0)) break;
@@ -187,8 +187,8 @@ void SingleAxis::advance_powerless() noexcept {
       // drive without valid inputs, which is commanded to stop until then.
       if (off() && axis_->inputs().state != snapshot::AxisState::kUnavailable) {
         enter(Power::kOff);
-        finish(power_request_, RequestPhase::kDone);
-      } else if (exceeded(power_since_, settings_.quick_stop_time)) {
+        finish(power_.request, RequestPhase::kDone);
+      } else if (exceeded(power_.since, settings_.quick_stop_time)) {
         enter(Power::kDisabling);
       }
       break;
@@ -196,7 +196,7 @@ void SingleAxis::advance_powerless() noexcept {
       if (!off()) break;
       enter(Power::kOff);
       if (state_ != PlcopenState::kErrorStop) state_ = PlcopenState::kDisabled;
-      finish(power_request_, RequestPhase::kDone);
+      finish(power_.request, RequestPhase::kDone);
       break;
     default:
       break;
@@ -218,64 +218,64 @@ void SingleAxis::begin_powered() noexcept {
     rest();
     state_ = PlcopenState::kStandstill;
   }
-  finish(power_request_, RequestPhase::kDone);
+  finish(power_.request, RequestPhase::kDone);
 }
 
 /// Leaves ErrorStop when the drive has come to rest and reports no fault.
 void SingleAxis::advance_reset() noexcept {
-  if (reset_request_ == 0 || power_ != Power::kOff) return;
+  if (reset_.request == 0 || power_.phase != Power::kOff) return;
   const bool available = axis_->inputs().state != snapshot::AxisState::kUnavailable;
   if (available && !axis_->reports_fault()) {
     state_ = PlcopenState::kDisabled;
     error_ = AxisError::kNone;
     error_code_ = 0;
-    return finish(reset_request_, RequestPhase::kDone);
+    return finish(reset_.request, RequestPhase::kDone);
   }
-  if (exceeded(reset_since_, settings_.reset_timeout))
-    finish(reset_request_, RequestPhase::kError, AxisError::kResetTimeout);
+  if (exceeded(reset_.since, settings_.reset_timeout))
+    finish(reset_.request, RequestPhase::kError, AxisError::kResetTimeout);
 }
 
 /// Whether a mode change, or the return to the setpoints, needs part of the acceleration of the axis.
 bool SingleAxis::eases() const noexcept {
-  return changing_mode_ || torque_ == Torque::kEntering || axis_->returning();
+  return mode_change_.under_way || torque_.phase == Torque::kEntering || axis_->returning();
 }
 
 void SingleAxis::advance_mode() noexcept {
-  if (changing_mode_) judge_mode();
-  const bool eased = eased_;
-  eased_ = eases();
+  if (mode_change_.under_way) judge_mode();
+  const bool eased = mode_change_.eased;
+  mode_change_.eased = eases();
   // The motion has the whole acceleration of the axis again.
-  if (eased && !eased_ && powered() && by_drive_ == ByDrive::kNone) replan();
+  if (eased && !mode_change_.eased && powered() && drive_.phase == ByDrive::kNone) replan();
 }
 
 /// Ends a mode change; a drive that does not change in time is set back to its previous mode.
 void SingleAxis::judge_mode() noexcept {
   if (axis_->mode_ready() || !powered()) {
-    changing_mode_ = false;
-    return finish(mode_request_, RequestPhase::kDone);
+    mode_change_.under_way = false;
+    return finish(mode_change_.request, RequestPhase::kDone);
   }
-  if (!exceeded(mode_since_, settings_.mode_timeout)) return;
-  changing_mode_ = false;
-  const bool back = axis_->set_mode(mode_before_);
-  finish(mode_request_, RequestPhase::kError, back ? AxisError::kModeTimeout : AxisError::kMode);
+  if (!exceeded(mode_change_.since, settings_.mode_timeout)) return;
+  mode_change_.under_way = false;
+  const bool back = axis_->set_mode(mode_change_.before);
+  finish(mode_change_.request, RequestPhase::kError, back ? AxisError::kModeTimeout : AxisError::kMode);
 }
 
 /// A drive that failed in another mode starts again in the mode of its setpoints.
 void SingleAxis::restore_mode() noexcept {
-  if (!return_mode_ || axis_->enabled()) return;
-  static_cast<void>(axis_->set_mode(*return_mode_));
-  return_mode_.reset();
+  if (!mode_change_.return_to || axis_->enabled()) return;
+  static_cast<void>(axis_->set_mode(*mode_change_.return_to));
+  mode_change_.return_to.reset();
 }
 
 cia402::Goal SingleAxis::goal() const noexcept {
   using cia402::Goal;
-  switch (power_) {
+  switch (power_.phase) {
     case Power::kOn:
     case Power::kResting:
       return Goal::kEnabled;
     case Power::kEnabling:
       // Wait for a steady position, because the axis holds the position at which it is enabled.
-      return coast_.goal(*axis_, watch_.steady(), seen_);
+      return coast_.goal(*axis_, watch_.steady(), exchange_.last_good);
     case Power::kQuickStop:
       return Goal::kQuickStop;
     case Power::kOff:
@@ -286,16 +286,17 @@ cia402::Goal SingleAxis::goal() const noexcept {
 }
 
 void SingleAxis::write_outputs(std::span<std::byte> image) noexcept {
-  const bool resetting = reset_request_ != 0 && power_ == Power::kOff && cycle_ % (2 * kResetCycles) < kResetCycles;
+  const bool resetting =
+      reset_.request != 0 && power_.phase == Power::kOff && cycle_ % (2 * kResetCycles) < kResetCycles;
   const bool by_generator = drive_moves() && !homes();
-  axis_->write_outputs(image, goal(), resetting, by_generator ? drive_target_ : setpoint_);
+  axis_->write_outputs(image, goal(), resetting, by_generator ? drive_.target : setpoint_);
 }
 
 AbsenceEffect SingleAxis::resume(std::int64_t cycle, std::int64_t missed) noexcept {
   cycle_ = cycle;
   if (!powered()) {
     // A coasting axis kept moving: enable it only after its position was read again, else extrapolate its motion.
-    seen_ = false;
+    exchange_.last_good = false;
     axis_->coast_on(static_cast<double>(missed) * period_s_);
     if (too_long(missed) && coast_.coasts()) forget_place();
     if (!axis_->stays_on()) setpoint_ = axis_->held();
@@ -307,7 +308,7 @@ AbsenceEffect SingleAxis::resume(std::int64_t cycle, std::int64_t missed) noexce
   }
   supply_.skip(missed, axis_->mode_in_force());
   axis_->skip(missed);
-  if (by_drive_ == ByDrive::kNone && torque_ != Torque::kLed) bridge();
+  if (drive_.phase == ByDrive::kNone && torque_.phase != Torque::kLed) bridge();
   return AbsenceEffect::kBridged;
 }
 

@@ -17,17 +17,17 @@ constexpr int kUntilReported = 4;
 
 /// The caller has checked that the drive can change to the mode.
 void SingleAxis::start_by_drive(std::uint64_t id, AxisCommand command, cia402::Mode mode) noexcept {
-  return_mode_ = axis_->mode();
+  mode_change_.return_to = axis_->mode();
   static_cast<void>(axis_->set_mode(mode));
-  drive_command_ = command;
-  drive_request_ = id;
+  drive_.command = command;
+  drive_.request = id;
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
   enter(ByDrive::kEntering);
 }
 
 void SingleAxis::enter(ByDrive phase) noexcept {
-  by_drive_ = phase;
-  drive_since_ = cycle_;
+  drive_.phase = phase;
+  drive_.since = cycle_;
 }
 
 std::chrono::nanoseconds SingleAxis::time_since(std::int64_t cycle) const noexcept {
@@ -36,28 +36,28 @@ std::chrono::nanoseconds SingleAxis::time_since(std::int64_t cycle) const noexce
 
 /// Stops the drive: clearing the start bit ends homing, halt ends any other movement; the drive brakes.
 void SingleAxis::interrupt_drive() noexcept {
-  if (by_drive_ == ByDrive::kNone) return;
-  finish(drive_request_, by_drive_ == ByDrive::kLeaving ? RequestPhase::kDone : RequestPhase::kAborted);
-  finish(drive_next_, RequestPhase::kAborted);
+  if (drive_.phase == ByDrive::kNone) return;
+  finish(drive_.request, drive_.phase == ByDrive::kLeaving ? RequestPhase::kDone : RequestPhase::kAborted);
+  finish(drive_.next, RequestPhase::kAborted);
   // A rotor that the field has taken over swings into its load angle, so it must come to rest first.
   const bool by_field = axis_->inputs().mode == static_cast<std::int8_t>(cia402::Mode::kVelocity);
-  if (by_drive_ == ByDrive::kEntering && !by_field) return leave_drive_mode();
-  if (by_drive_ == ByDrive::kInterrupted || by_drive_ == ByDrive::kLeaving) return;
+  if (drive_.phase == ByDrive::kEntering && !by_field) return leave_drive_mode();
+  if (drive_.phase == ByDrive::kInterrupted || drive_.phase == ByDrive::kLeaving) return;
   homes() ? axis_->drive().end_request() : axis_->drive().halt();
-  still_since_ = cycle_;
-  still_place_ = axis_->inputs().position;
+  drive_.still_since = cycle_;
+  drive_.still_place = axis_->inputs().position;
   enter(ByDrive::kInterrupted);
 }
 
 void SingleAxis::advance_by_drive() noexcept {
   if (drive_moves()) stay_at(axis_->inputs().position);
-  switch (by_drive_) {
+  switch (drive_.phase) {
     case ByDrive::kNone:
       break;
     case ByDrive::kEntering:
       if (axis_->mode_ready()) return homes() ? start_homing() : start_profile();
-      if (exceeded(drive_since_, settings_.mode_timeout)) {
-        finish(drive_request_, RequestPhase::kError, AxisError::kModeTimeout);
+      if (exceeded(drive_.since, settings_.mode_timeout)) {
+        finish(drive_.request, RequestPhase::kError, AxisError::kModeTimeout);
         drop_waiting(AxisError::kModeTimeout);
         leave_drive_mode();
       }
@@ -65,14 +65,14 @@ void SingleAxis::advance_by_drive() noexcept {
     case ByDrive::kRunning:
       return homes() ? judge_homing() : judge_profile();
     case ByDrive::kAttained:
-      if (time_since(drive_since_) >= kDriveSettling && watch_.steady()) take_new_zero();
+      if (time_since(drive_.since) >= kDriveSettling && watch_.steady()) take_new_zero();
       break;
     case ByDrive::kInterrupted:
       watch_interruption();
       break;
     case ByDrive::kLeaving:
       if (axis_->mode_ready()) return end_by_drive();
-      if (exceeded(drive_since_, settings_.mode_timeout)) fail(AxisError::kModeTimeout);
+      if (exceeded(drive_.since, settings_.mode_timeout)) fail(AxisError::kModeTimeout);
       break;
   }
 }
@@ -80,7 +80,7 @@ void SingleAxis::advance_by_drive() noexcept {
 /// Whether the rotor still moves. In velocity mode a drive reports standstill when its field stands, but the rotor
 /// swings on, and setpoints could not hold it yet.
 bool SingleAxis::swings() noexcept {
-  if (drive_command_ != AxisCommand::kDriveRun) return false;
+  if (drive_.command != AxisCommand::kDriveRun) return false;
   constexpr double kStopsIn = 1e-4;  // s; the remaining velocity can be stopped in this time within the limits
   constexpr double kNoise = 4.0;     // increments
   const auto& config = axis_->config();
@@ -88,8 +88,8 @@ bool SingleAxis::swings() noexcept {
   const double most =
       std::max(slow * std::chrono::duration<double>(kDriveSettling).count(), kNoise / config.increments_per_unit);
   const double position = axis_->inputs().position;
-  if (std::abs(position - still_place_) <= most) return false;
-  still_place_ = position;
+  if (std::abs(position - drive_.still_place) <= most) return false;
+  drive_.still_place = position;
   return true;
 }
 
@@ -97,47 +97,48 @@ bool SingleAxis::swings() noexcept {
 /// movement. A drive that stays in profile position would go on to its target when halt is cleared (CiA 402-2), so it
 /// gets the place where it stands as its next one.
 void SingleAxis::watch_interruption() noexcept {
-  if (swings() || !axis_->drive().stands_still() || !exchanged_) still_since_ = cycle_;
+  if (swings() || !axis_->drive().stands_still() || !exchange_.good) drive_.still_since = cycle_;
   const auto settling = std::max<std::chrono::nanoseconds>(kDriveSettling, kUntilReported * settings_.period);
-  if (time_since(still_since_) >= settling) {
-    const bool keeps_target = positions_by_drive(drive_command_) && return_mode_ == cia402::Mode::kProfilePosition;
+  if (time_since(drive_.still_since) >= settling) {
+    const bool keeps_target =
+        positions_by_drive(drive_.command) && mode_change_.return_to == cia402::Mode::kProfilePosition;
     if (!keeps_target) return leave_drive_mode();
-    drive_target_ = {axis_->inputs().position, 0.0, 0.0};
+    drive_.target = {axis_->inputs().position, 0.0, 0.0};
     return start_profile();
   }
-  if (exceeded(drive_since_, settings_.quick_stop_time))
+  if (exceeded(drive_.since, settings_.quick_stop_time))
     fail(homes() ? AxisError::kHomingTimeout : AxisError::kTargetTimeout);
 }
 
 /// Returns the drive to setpoints, which start at the actual position. Halt is cleared only then: in its own mode the
 /// drive would continue its movement.
 void SingleAxis::leave_drive_mode() noexcept {
-  if (!axis_->set_mode(*return_mode_)) return fail(AxisError::kMode);
+  if (!axis_->set_mode(*mode_change_.return_to)) return fail(AxisError::kMode);
   enter(ByDrive::kLeaving);
 }
 
 void SingleAxis::end_by_drive() noexcept {
-  by_drive_ = ByDrive::kNone;
+  drive_.phase = ByDrive::kNone;
   axis_->drive().end_request();
   axis_->drive().profile().set_target(0.0);
-  return_mode_.reset();
+  mode_change_.return_to.reset();
   if (state_ != PlcopenState::kStopping && !active_) state_ = PlcopenState::kStandstill;
-  finish(drive_request_, RequestPhase::kDone);
+  finish(drive_.request, RequestPhase::kDone);
   // A motion or a switch-off has waited for the drive.
   if (active_) return replan();
-  if (power_ == Power::kResting && !plan_rest()) fail(AxisError::kNotFinite);
+  if (power_.phase == Power::kResting && !plan_rest()) fail(AxisError::kNotFinite);
   // This positioning was requested after the drive had reached the previous target.
-  if (waiting_count_ > 0 && positions_by_drive(waiting_[0].request.command)) begin_profile(take_waiting());
+  if (!waiting_.empty() && positions_by_drive(waiting_.front().request.command)) begin_profile(waiting_.pop());
 }
 
 /// The drive has lost its power, or stops on its own; its mode is restored when it is off.
 void SingleAxis::drop_by_drive(AxisError error) noexcept {
-  if (by_drive_ == ByDrive::kNone) return;
-  finish(drive_request_, RequestPhase::kError, error);
-  finish(drive_next_, RequestPhase::kAborted, error);
+  if (drive_.phase == ByDrive::kNone) return;
+  finish(drive_.request, RequestPhase::kError, error);
+  finish(drive_.next, RequestPhase::kAborted, error);
   axis_->drive().end_request();
   axis_->drive().profile().set_target(0.0);
-  by_drive_ = ByDrive::kNone;
+  drive_.phase = ByDrive::kNone;
 }
 
 }  // namespace driveline::motion

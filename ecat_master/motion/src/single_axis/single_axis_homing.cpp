@@ -14,22 +14,22 @@ void SingleAxis::take_home(std::uint64_t id) noexcept {
 /// From here on the drive controls the motion.
 void SingleAxis::start_homing() noexcept {
   axis_->drive().begin_homing();
-  homed_ = snapshot::AxisHomed::kNo;
+  homing_.homed = snapshot::AxisHomed::kNo;
   enter(ByDrive::kRunning);
 }
 
 void SingleAxis::judge_homing() noexcept {
-  if (exchanged_) {
-    const auto state = axis_->drive().homing_progress(time_since(drive_since_));
+  if (exchange_.good) {
+    const auto state = axis_->drive().homing_progress(time_since(drive_.since));
     if (state == DriveLink::HomingProgress::kFailed) return fail(AxisError::kHoming);
     if (state == DriveLink::HomingProgress::kAttained) return enter(ByDrive::kAttained);
   }
-  if (exceeded(drive_since_, settings_.homing_timeout)) fail(AxisError::kHomingTimeout);
+  if (exceeded(drive_.since, settings_.homing_timeout)) fail(AxisError::kHomingTimeout);
 }
 
 bool SingleAxis::homing_has_failed() noexcept {
-  return by_drive_ == ByDrive::kRunning && homes() &&
-         axis_->drive().homing_progress(time_since(drive_since_)) == DriveLink::HomingProgress::kFailed;
+  return drive_.phase == ByDrive::kRunning && homes() &&
+         axis_->drive().homing_progress(time_since(drive_.since)) == DriveLink::HomingProgress::kFailed;
 }
 
 /// Takes over the new zero of the drive; earlier position names are invalid.
@@ -39,7 +39,7 @@ void SingleAxis::take_new_zero() noexcept {
   watch_.forget();
   end_probe(RequestPhase::kAborted, AxisError::kNone);
   offset_ = 0.0;
-  homed_ = snapshot::AxisHomed::kYes;
+  homing_.homed = snapshot::AxisHomed::kYes;
   stay_at(axis_->inputs().position);
   leave_drive_mode();
 }

@@ -100,7 +100,8 @@ double SingleAxis::target_of(const AxisRequest& request, const AxisSetpoint& fro
 void SingleAxis::begin_move(const Move& move) noexcept {
   const bool torque = move.request.command == AxisCommand::kTorque;
   // A buffered torque request may meet another mode than the one in which it was accepted.
-  if (torque && torque_ == Torque::kNone && !(mode_may_change() && axis_->can_change(cia402::Mode::kCyclicTorque))) {
+  if (torque && torque_.phase == Torque::kNone &&
+      !(mode_may_change() && axis_->can_change(cia402::Mode::kCyclicTorque))) {
     auto refused = move.id;
     finish(refused, RequestPhase::kError, AxisError::kMode);
     return begin_move({});
@@ -120,11 +121,11 @@ void SingleAxis::begin_move(const Move& move) noexcept {
 /// A new plan starts at the last setpoint, even if a gap has separated it from the previous plan. With a superimposed
 /// motion, it starts at the part below that.
 void SingleAxis::go_from_here() noexcept {
-  const auto& on_top = on_top_.state();
+  const auto& on_top = on_top_.motion.state();
   if (beside_) generator_.start_from({setpoint_.position - on_top.position, step_velocity_ - on_top.velocity, 0.0});
   beside_ = false;
   return_motion_.reset();
-  if (superimposed_) rejoin_from(setpoint_.position, step_velocity_);
+  if (on_top_.active) rejoin_from(setpoint_.position, step_velocity_);
 }
 
 void SingleAxis::rejoin_from(double position, double velocity) noexcept {
@@ -149,7 +150,7 @@ void SingleAxis::replan() noexcept {
       planned = run_at(velocity_below());
       break;
     case AxisCommand::kTorque:
-      planned = torque_ == Torque::kLed || plan_on();
+      planned = torque_.phase == Torque::kLed || plan_on();
       break;
     case AxisCommand::kFollow:
       // A led axis continues at the velocity of its last step, not at the velocity at the end of that step.
@@ -165,9 +166,9 @@ void SingleAxis::replan() noexcept {
 /// Velocity of the motion below; the superimposed motion keeps its share of the limit until it is done.
 double SingleAxis::velocity_below() noexcept {
   const double limit = axis_->config().limits.max_velocity;
-  const double most = superimposed_ ? std::max(limit - on_top_velocity_, 0.0) : limit;
+  const double most = on_top_.active ? std::max(limit - on_top_.velocity, 0.0) : limit;
   const double wanted = std::clamp(active_->request.target_si * override_, -limit, limit);
-  held_back_ = std::abs(wanted) > most * kALittleMore;
+  on_top_.holds_back = std::abs(wanted) > most * kALittleMore;
   return std::clamp(wanted, -most, most);
 }
 
@@ -307,13 +308,13 @@ bool SingleAxis::plan_position(const Move& move) noexcept {
 /// Computes the setpoint of this cycle. Time does not advance for a setpoint that may not have reached the drive: the
 /// motion waits, and the axis returns to it within its limits. The path of several axes waits for each of them.
 void SingleAxis::advance_motion(const AxisSetpoint* fed, bool waits) noexcept {
-  if (by_drive_ != ByDrive::kNone) return advance_by_drive();
+  if (drive_.phase != ByDrive::kNone) return advance_by_drive();
   // In profile velocity a drive at rest holds no position, so it may drift.
   const bool drifts = axis_->config().mode == cia402::Mode::kProfileVelocity;
-  if (drifts && !active_ && power_ == Power::kOn) return stay_at(axis_->inputs().position);
-  if (search_ != Search::kNone) advance_search();
-  if (torque_ == Torque::kEntering) enter_torque();
-  if (torque_ == Torque::kLed) return advance_torque();
+  if (drifts && !active_ && power_.phase == Power::kOn) return stay_at(axis_->inputs().position);
+  if (homing_.search != Search::kNone) advance_search();
+  if (torque_.phase == Torque::kEntering) enter_torque();
+  if (torque_.phase == Torque::kLed) return advance_torque();
   if (!supply_.reached() || waits) {
     // Other feeds than a path do not wait.
     if (!waits && follows() && usable(fed)) static_cast<void>(rejoin_.step(fed_to(*fed), period_s_));
@@ -327,7 +328,7 @@ void SingleAxis::advance_motion(const AxisSetpoint* fed, bool waits) noexcept {
   const bool may_pass = generator_.goes_on();
   const auto target = generator_.advance(period_s_);
   if (may_pass && !generator_.goes_on()) pass_end();
-  if (superimposed_) {
+  if (on_top_.active) {
     step_on_top(target);
   } else if (beside_) {
     step_back_to(target);
@@ -335,15 +336,15 @@ void SingleAxis::advance_motion(const AxisSetpoint* fed, bool waits) noexcept {
     step_to(target);
   }
   if (active_ && run_velocity_) tell_velocity();
-  if (generator_.finished() && !beside_ && torque_ == Torque::kNone) arrive();
+  if (generator_.finished() && !beside_ && torque_.phase == Torque::kNone) arrive();
 }
 
 /// Reports the velocity as reached while the axis moves to the end of the range.
 void SingleAxis::tell_velocity() noexcept {
   const double missing = *run_velocity_ - generator_.state().velocity;
-  if (due_ == Due::kNext || held_back_ || std::abs(missing) > 1e-9 * std::abs(*run_velocity_)) return;
+  if (due_ == Due::kNext || on_top_.holds_back || std::abs(missing) > 1e-9 * std::abs(*run_velocity_)) return;
   tell_reached();
-  if (waiting_count_ > 0) end_motion();
+  if (!waiting_.empty()) end_motion();
 }
 
 /// A motion that has ended, and was planned anew before the next one had its turn, reports nothing.
@@ -352,7 +353,7 @@ void SingleAxis::tell_reached() noexcept {
 }
 
 void SingleAxis::bridge() noexcept {
-  setpoint_ = supply_.bridge(held_up_);
+  setpoint_ = supply_.bridge(feed_.held_up);
   step_velocity_ = setpoint_.velocity;
   beside_ = true;
   return_motion_.reset();
@@ -377,7 +378,7 @@ AxisSetpoint SingleAxis::fed_to(const AxisSetpoint& fed) noexcept {
 /// Adds the superimposed motion and clamps the sum, or the feed, to the limits of the axis.
 AxisSetpoint SingleAxis::with_on_top(const AxisSetpoint& below) noexcept {
   const auto& limits = axis_->config().limits;
-  const auto& beside = superimposed_ ? on_top_.advance(period_s_) : on_top_.state();
+  const auto& beside = on_top_.active ? on_top_.motion.advance(period_s_) : on_top_.motion.state();
   return {below.position + beside.position,
           std::clamp(below.velocity + beside.velocity, -limits.max_velocity, limits.max_velocity),
           std::clamp(below.acceleration + beside.acceleration, -limits.max_acceleration, limits.max_acceleration)};
@@ -395,7 +396,7 @@ void SingleAxis::lead_to(const AxisSetpoint& target) noexcept {
 }
 
 void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
-  const bool leaves = !fed_in_range_ && leaves_range({setpoint_.position, step_velocity_, 0.0});
+  const bool leaves = !feed_.keeps_range && leaves_range({setpoint_.position, step_velocity_, 0.0});
   if (!usable(fed) || leaves) {
     const auto error = leaves ? AxisError::kOutsideRange : AxisError::kFollowing;
     if (fed != nullptr) finish(active_->id, RequestPhase::kError, error);
@@ -409,14 +410,14 @@ void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
   generator_.start_from(setpoint_);
   if (!rejoin_.joined() || beside_) return;
   table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
-  if (superimposed_) settle_superimposed();
+  if (on_top_.active) settle_superimposed();
 }
 
 /// Ends the motion whose aim the generator has reached.
 void SingleAxis::arrive() noexcept {
-  if (power_ == Power::kResting) {
+  if (power_.phase == Power::kResting) {
     // The drive lags slightly behind its setpoints.
-    if (++cycles_at_rest_ * period_s_ > kSettling) enter(Power::kDisabling);
+    if (++power_.cycles_at_rest * period_s_ > kSettling) enter(Power::kDisabling);
     return;
   }
   if (!active_ || due_ == Due::kNext) return;
@@ -428,13 +429,13 @@ void SingleAxis::arrive() noexcept {
     return;
   }
   if (command == AxisCommand::kMoveVelocity) {
-    if (held_back_) return;
+    if (on_top_.holds_back) return;
     tell_reached();
-    if (waiting_count_ == 0) return;
+    if (waiting_.empty()) return;
   }
   // An override of zero holds the axis.
   if (leads_to_position(command) && !(override_ > 0.0)) return;
-  if (search_ != Search::kNone && !arrive_in_search()) return;
+  if (homing_.search != Search::kNone && !arrive_in_search()) return;
   if (command != AxisCommand::kStop) return end_motion();
   // No motion starts after a buffered stop.
   finish_move(RequestPhase::kDone);
@@ -448,8 +449,8 @@ void SingleAxis::stay_at(double position) noexcept {
 
 /// Resets the setpoints to standstill at the present setpoint.
 void SingleAxis::rest() noexcept {
-  superimposed_ = false;
-  on_top_.start_from({});
+  on_top_.active = false;
+  on_top_.motion.start_from({});
   generator_.start_from({setpoint_.position, 0.0, 0.0});
   supply_.start_from({setpoint_.position, 0.0, 0.0});
   last_target_ = setpoint_.position;

@@ -36,50 +36,50 @@ AxisError SingleAxis::refusal_of_probe(const AxisRequest& request) const noexcep
 
 void SingleAxis::take_probe(std::uint64_t id, const AxisRequest& request) noexcept {
   end_probe(RequestPhase::kAborted, AxisError::kNone);
-  probe_request_ = id;
-  probed_ = request;
-  probe_since_ = cycle_;
+  probe_.request = id;
+  probe_.asked = request;
+  probe_.since = cycle_;
   axis_->drive().arm_probe(request.trigger);
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
 }
 
 void SingleAxis::take_abort_trigger(std::uint64_t id) noexcept {
-  if (probe_request_ == 0) return finish(id, RequestPhase::kError, AxisError::kNothingToDo);
+  if (probe_.request == 0) return finish(id, RequestPhase::kError, AxisError::kNothingToDo);
   end_probe(RequestPhase::kAborted, AxisError::kNone);
   finish(id, RequestPhase::kDone);
 }
 
 void SingleAxis::end_probe(RequestPhase phase, AxisError error) noexcept {
-  if (probe_request_ == 0) return;
+  if (probe_.request == 0) return;
   axis_->drive().disarm_probe();
-  finish(probe_request_, phase, error);
+  finish(probe_.request, phase, error);
 }
 
 void SingleAxis::advance_probe() noexcept {
-  if (probe_request_ == 0) return;
+  if (probe_.request == 0) return;
   auto& drive = axis_->drive();
   if (axis_->inputs().state == snapshot::AxisState::kUnavailable)
     return end_probe(RequestPhase::kError, AxisError::kLost);
   if (drive.probe_phase() == DriveLink::ProbePhase::kLatched) {
     const double position = axis_->position_of(drive.probe_value()) + offset_;
-    if (in_window(probed_, position)) {
-      recorded_ = {position, probe_request_};
+    if (in_window(probe_.asked, position)) {
+      probe_.recorded = {position, probe_.request};
       return end_probe(RequestPhase::kDone, AxisError::kNone);
     }
-    probe_since_ = cycle_;
-    return drive.arm_probe(probed_.trigger);
+    probe_.since = cycle_;
+    return drive.arm_probe(probe_.asked.trigger);
   }
-  if (drive.probe_phase() < DriveLink::ProbePhase::kArmed && exceeded(probe_since_, kProbeReaction))
+  if (drive.probe_phase() < DriveLink::ProbePhase::kArmed && exceeded(probe_.since, kProbeReaction))
     end_probe(RequestPhase::kError, AxisError::kProbe);
 }
 
 /// The axis stays at standstill until the touch probe is armed.
 void SingleAxis::take_search(std::uint64_t id, const AxisRequest& request) noexcept {
   end_probe(RequestPhase::kAborted, AxisError::kNone);
-  probe_since_ = cycle_;
+  probe_.since = cycle_;
   axis_->drive().arm_probe(request.trigger);
   active_ = Move{id, request, generator_.state().position};
-  search_ = Search::kArming;
+  homing_.search = Search::kArming;
   state_ = PlcopenState::kHoming;
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
   replan();
@@ -88,29 +88,29 @@ void SingleAxis::take_search(std::uint64_t id, const AxisRequest& request) noexc
 /// Advances the search; the return to the position of the event starts from the present motion.
 void SingleAxis::advance_search() noexcept {
   auto& drive = axis_->drive();
-  if (search_ == Search::kReturning) return;
+  if (homing_.search == Search::kReturning) return;
   if (drive.probe_phase() == DriveLink::ProbePhase::kLatched) {
-    home_ = axis_->position_of(drive.probe_value());
+    homing_.event = axis_->position_of(drive.probe_value());
     drive.disarm_probe();
-    search_ = Search::kReturning;
-    active_->target = home_;
+    homing_.search = Search::kReturning;
+    active_->target = homing_.event;
     return replan();
   }
-  if (search_ == Search::kSearching) return;
+  if (homing_.search == Search::kSearching) return;
   if (drive.probe_phase() == DriveLink::ProbePhase::kArmed) {
-    search_ = Search::kSearching;
+    homing_.search = Search::kSearching;
     active_->target = generator_.state().position + active_->request.distance_si;
     return replan();
   }
-  if (!exceeded(probe_since_, kProbeReaction)) return;
+  if (!exceeded(probe_.since, kProbeReaction)) return;
   finish_move(RequestPhase::kError, AxisError::kProbe);
   state_ = PlcopenState::kStandstill;
 }
 
 /// Whether the motion is done.
 bool SingleAxis::arrive_in_search() noexcept {
-  if (search_ == Search::kReturning) return name_home();
-  if (search_ == Search::kArming) return false;
+  if (homing_.search == Search::kReturning) return name_home();
+  if (homing_.search == Search::kArming) return false;
   finish_move(RequestPhase::kError, AxisError::kNoEdge);
   state_ = PlcopenState::kStandstill;
   return false;
@@ -120,21 +120,21 @@ bool SingleAxis::arrive_in_search() noexcept {
 /// be taken up.
 bool SingleAxis::name_home() noexcept {
   const auto& asked = active_->request;
-  const auto homed = axis_->home({home_, setpoint_.position}, asked.target_si, asked.distance_si > 0.0);
+  const auto homed = axis_->home({homing_.event, setpoint_.position}, asked.target_si, asked.distance_si > 0.0);
   offset_ = asked.target_si - homed.mark;
-  homed_ = snapshot::AxisHomed::kYes;
+  homing_.homed = snapshot::AxisHomed::kYes;
   if (!(std::abs(homed.setpoint - setpoint_.position) > 0.0)) return true;
   watch_.forget();
   stay_at(homed.setpoint);
   active_->target = homed.mark;
-  search_ = Search::kNone;
+  homing_.search = Search::kNone;
   replan();
   return false;
 }
 
 void SingleAxis::end_search() noexcept {
-  if (search_ == Search::kNone) return;
-  search_ = Search::kNone;
+  if (homing_.search == Search::kNone) return;
+  homing_.search = Search::kNone;
   axis_->drive().disarm_probe();
 }
 

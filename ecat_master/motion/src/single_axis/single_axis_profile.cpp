@@ -31,13 +31,13 @@ AxisError SingleAxis::refusal_of_profile(const AxisRequest& request) const noexc
 double SingleAxis::drive_target_of(const AxisRequest& request) const noexcept {
   if (request.command == AxisCommand::kDriveMoveAbsolute) return request.target_si - offset_;
   if (!waits_for_drive(request)) return setpoint_.position + request.target_si;
-  return (waiting_count_ > 0 ? waiting_[waiting_count_ - 1].target : drive_target_.position) + request.target_si;
+  return (!waiting_.empty() ? waiting_.back().target : drive_.target.position) + request.target_si;
 }
 
 /// Whether the request waits for a positioning under way, including one whose end the drive has just reached.
 bool SingleAxis::waits_for_drive(const AxisRequest& request) const noexcept {
-  const bool positions = by_drive_ != ByDrive::kNone && by_drive_ != ByDrive::kInterrupted && !homes() &&
-                         positions_by_drive(drive_command_) && !active_ && power_ == Power::kOn;
+  const bool positions = drive_.phase != ByDrive::kNone && drive_.phase != ByDrive::kInterrupted && !homes() &&
+                         positions_by_drive(drive_.command) && !active_ && power_.phase == Power::kOn;
   return positions && request.buffer == BufferMode::kBuffered && positions_by_drive(request.command);
 }
 
@@ -52,14 +52,14 @@ void SingleAxis::begin_profile(const Move& move) noexcept {
   const auto command = move.request.command;
   state_ = runs_by_drive(command) ? PlcopenState::kContinuousMotion : PlcopenState::kDiscreteMotion;
   give_to_drive(move);
-  if (by_drive_ == ByDrive::kNone) {
+  if (drive_.phase == ByDrive::kNone) {
     axis_->drive().forget_target();
     return start_by_drive(move.id, command, drive_mode(command));
   }
-  finish(drive_request_, RequestPhase::kAborted);
-  finish(drive_next_, RequestPhase::kAborted);
-  drive_request_ = move.id;
-  drive_command_ = command;
+  finish(drive_.request, RequestPhase::kAborted);
+  finish(drive_.next, RequestPhase::kAborted);
+  drive_.request = move.id;
+  drive_.command = command;
   table_->set(move.id, {RequestPhase::kActive, AxisError::kNone});
   start_profile();
 }
@@ -68,55 +68,55 @@ void SingleAxis::begin_profile(const Move& move) noexcept {
 void SingleAxis::give_to_drive(const Move& move) noexcept {
   const auto& request = move.request;
   const bool velocity = runs_by_drive(request.command);
-  drive_target_ = {velocity ? setpoint_.position : move.target, velocity ? request.target_si : 0.0, 0.0};
+  drive_.target = {velocity ? setpoint_.position : move.target, velocity ? request.target_si : 0.0, 0.0};
   const auto& limits = axis_->config().limits;
   const double faster = request.acceleration_si > 0.0 ? request.acceleration_si : limits.max_acceleration;
   axis_->drive().profile().set(velocity_of(request), faster,
                                request.deceleration_si > 0.0 ? request.deceleration_si : faster);
-  given_since_ = cycle_;
+  drive_.given_since = cycle_;
 }
 
 /// Sends the next target while the drive still moves: "Terminate actual positioning and start next positioning" (MSD
 /// manual Table 12.4, bit 5 = 0).
 void SingleAxis::give_next_to_drive() noexcept {
-  const auto next = take_waiting();
+  const auto next = waiting_.pop();
   give_to_drive(next);
-  drive_next_ = next.id;
+  drive_.next = next.id;
   axis_->drive().begin_positioning(DriveLink::TargetChange::kBehind);
 }
 
 void SingleAxis::begin_next_in_drive() noexcept {
-  finish(drive_request_, RequestPhase::kDone);
-  drive_request_ = std::exchange(drive_next_, 0);
-  table_->set(drive_request_, {RequestPhase::kActive, AxisError::kNone});
-  given_since_ = cycle_;
+  finish(drive_.request, RequestPhase::kDone);
+  drive_.request = std::exchange(drive_.next, 0);
+  table_->set(drive_.request, {RequestPhase::kActive, AxisError::kNone});
+  drive_.given_since = cycle_;
   enter(ByDrive::kRunning);
 }
 
 void SingleAxis::start_profile() noexcept {
   auto& drive = axis_->drive();
-  if (drive_command_ == AxisCommand::kDriveRun) {
+  if (drive_.command == AxisCommand::kDriveRun) {
     // Only once the drive is in the mode: without its ramp bits it would run at once.
-    drive.begin_velocity_on_ramp(drive_target_.velocity);
-  } else if (drive_command_ == AxisCommand::kDriveMoveVelocity) {
+    drive.begin_velocity_on_ramp(drive_.target.velocity);
+  } else if (drive_.command == AxisCommand::kDriveMoveVelocity) {
     drive.begin_velocity();
   } else {
     drive.begin_positioning(DriveLink::TargetChange::kAtOnce);
   }
-  given_since_ = cycle_;
+  drive_.given_since = cycle_;
   enter(ByDrive::kRunning);
 }
 
 void SingleAxis::judge_profile() noexcept {
   const auto& inputs = axis_->inputs();
-  const bool velocity = runs_by_drive(drive_command_);
+  const bool velocity = runs_by_drive(drive_.command);
   if (velocity && leaves_range({inputs.position, inputs.velocity, 0.0})) {
-    finish(drive_request_, RequestPhase::kError, AxisError::kOutsideRange);
+    finish(drive_.request, RequestPhase::kError, AxisError::kOutsideRange);
     return interrupt_drive();
   }
-  if (!velocity && exceeded(drive_since_, settings_.target_timeout)) return fail(AxisError::kTargetTimeout);
-  if (!exchanged_) return;
-  switch (axis_->drive().target_progress(time_since(given_since_))) {
+  if (!velocity && exceeded(drive_.since, settings_.target_timeout)) return fail(AxisError::kTargetTimeout);
+  if (!exchange_.good) return;
+  switch (axis_->drive().target_progress(time_since(drive_.given_since))) {
     case DriveLink::TargetProgress::kRunning:
       break;
     case DriveLink::TargetProgress::kNext:
@@ -125,12 +125,12 @@ void SingleAxis::judge_profile() noexcept {
     case DriveLink::TargetProgress::kNotTaken:
       return fail(AxisError::kNoTarget);
     case DriveLink::TargetProgress::kReached:
-      if (velocity) return table_->set(drive_request_, {RequestPhase::kReached, AxisError::kNone});
-      if (waiting_count_ > 0) break;
+      if (velocity) return table_->set(drive_.request, {RequestPhase::kReached, AxisError::kNone});
+      if (!waiting_.empty()) break;
       axis_->drive().end_request();
       return leave_drive_mode();
   }
-  if (waiting_count_ > 0 && axis_->drive().target_under_way()) give_next_to_drive();
+  if (!waiting_.empty() && axis_->drive().target_under_way()) give_next_to_drive();
 }
 
 }  // namespace driveline::motion

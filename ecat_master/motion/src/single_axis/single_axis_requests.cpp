@@ -103,12 +103,12 @@ void SingleAxis::finish_move(RequestPhase phase, AxisError error) noexcept {
   active_.reset();
   run_velocity_.reset();
   end_search();
-  finish(superimposed_request_, phase, error);
+  finish(on_top_.request, phase, error);
 }
 
 void SingleAxis::drop_waiting(AxisError error) noexcept {
-  for (std::size_t i = 0; i < waiting_count_; ++i) finish(waiting_[i].id, RequestPhase::kAborted, error);
-  waiting_count_ = 0;
+  for (auto& move : waiting_) finish(move.id, RequestPhase::kAborted, error);
+  waiting_.clear();
   due_ = Due::kNone;
 }
 
@@ -120,11 +120,11 @@ AxisError SingleAxis::refusal_by_state(const AxisRequest& request) const noexcep
     return allowed ? AxisError::kNone : AxisError::kErrorStop;
   }
   const bool at_rest = begins_at_rest(command);
-  if ((motion || at_rest) && power_ != Power::kOn) return AxisError::kNotEnabled;
+  if ((motion || at_rest) && power_.phase != Power::kOn) return AxisError::kNotEnabled;
   if (const auto error = refusal_by_drive(request); error != AxisError::kNone) return error;
-  if (at_rest && by_drive_ == ByDrive::kNone && state_ != PlcopenState::kStandstill) return AxisError::kNotAtRest;
+  if (at_rest && drive_.phase == ByDrive::kNone && state_ != PlcopenState::kStandstill) return AxisError::kNotAtRest;
   if (motion && state_ == PlcopenState::kStopping && command != AxisCommand::kStop) return AxisError::kStopping;
-  if (command == AxisCommand::kFollow && !fed_) return AxisError::kNothingToDo;
+  if (command == AxisCommand::kFollow && !feed_.present) return AxisError::kNothingToDo;
   if (command == AxisCommand::kReleaseStop && state_ != PlcopenState::kStopping) return AxisError::kNothingToDo;
   return AxisError::kNone;
 }
@@ -133,16 +133,16 @@ AxisError SingleAxis::refusal_by_state(const AxisRequest& request) const noexcep
 AxisError SingleAxis::refusal_by_drive(const AxisRequest& request) const noexcept {
   const auto command = request.command;
   if (command == AxisCommand::kStop) return AxisError::kNone;
-  if (search_ != Search::kNone) {
+  if (homing_.search != Search::kNone) {
     const bool meanwhile = needs_drive(command) || is_profile(command) || command == AxisCommand::kTouchProbe;
     return meanwhile ? AxisError::kNotAtRest : AxisError::kNone;
   }
-  if (by_drive_ == ByDrive::kNone) return AxisError::kNone;
+  if (drive_.phase == ByDrive::kNone) return AxisError::kNone;
   if (is_profile(command) && waits_for_drive(request)) return AxisError::kNone;
   if (is_profile(command)) {
     // Another target of the same mode is sent at once; the other mode starts at standstill.
-    const bool same = drive_mode(command) == drive_mode(drive_command_);
-    return !homes() && same && by_drive_ == ByDrive::kRunning ? AxisError::kNone : AxisError::kNotAtRest;
+    const bool same = drive_mode(command) == drive_mode(drive_.command);
+    return !homes() && same && drive_.phase == ByDrive::kRunning ? AxisError::kNone : AxisError::kNotAtRest;
   }
   if (!needs_drive(command) || (!homes() && may_replace_profile(command))) return AxisError::kNone;
   return AxisError::kNotAtRest;
@@ -239,22 +239,22 @@ void SingleAxis::take(std::uint64_t id, const AxisRequest& given) noexcept {
 }
 
 void SingleAxis::take_power(std::uint64_t id, bool on) noexcept {
-  finish(power_request_, RequestPhase::kAborted);
-  const bool there = on ? power_ == Power::kOn : power_ == Power::kOff;
+  finish(power_.request, RequestPhase::kAborted);
+  const bool there = on ? power_.phase == Power::kOn : power_.phase == Power::kOff;
   if (there) return finish(id, RequestPhase::kDone);
-  power_request_ = id;
+  power_.request = id;
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
-  if (on && power_ == Power::kResting) {
+  if (on && power_.phase == Power::kResting) {
     // The axis is coming to rest: keep the power, and halt.
     enter(Power::kOn);
     begin_move({});
-    return finish(power_request_, RequestPhase::kDone);
+    return finish(power_.request, RequestPhase::kDone);
   }
   if (on) return enter(Power::kEnabling);
   finish_move(RequestPhase::kAborted);
   drop_waiting(AxisError::kNone);
-  if (power_ == Power::kEnabling) return enter(Power::kDisabling);
-  if (power_ != Power::kOn) return;
+  if (power_.phase == Power::kEnabling) return enter(Power::kDisabling);
+  if (power_.phase != Power::kOn) return;
   interrupt_drive();
   leave_torque();
   if (plan_rest()) return enter(Power::kResting);
@@ -263,9 +263,9 @@ void SingleAxis::take_power(std::uint64_t id, bool on) noexcept {
 
 void SingleAxis::take_reset(std::uint64_t id) noexcept {
   if (state_ != PlcopenState::kErrorStop) return finish(id, RequestPhase::kDone);
-  finish(reset_request_, RequestPhase::kAborted);
-  reset_request_ = id;
-  reset_since_ = cycle_;
+  finish(reset_.request, RequestPhase::kAborted);
+  reset_.request = id;
+  reset_.since = cycle_;
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
 }
 
@@ -284,10 +284,10 @@ void SingleAxis::take_mode(std::uint64_t id, std::int8_t mode) noexcept {
   const bool known = (cia402::cyclic(wanted) && wanted <= cia402::Mode::kCyclicTorque) ||
                      wanted == cia402::Mode::kInterpolatedPosition;
   if (known && !axis_->supports(wanted)) return finish(id, RequestPhase::kError, AxisError::kNoSuchMode);
-  if (!known || torque_ != Torque::kNone) return finish(id, RequestPhase::kError, AxisError::kMode);
-  finish(mode_request_, RequestPhase::kAborted);
+  if (!known || torque_.phase != Torque::kNone) return finish(id, RequestPhase::kError, AxisError::kMode);
+  finish(mode_change_.request, RequestPhase::kAborted);
   if (!change_mode(wanted)) return finish(id, RequestPhase::kError, AxisError::kMode);
-  mode_request_ = id;
+  mode_change_.request = id;
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
 }
 
@@ -295,11 +295,11 @@ void SingleAxis::take_mode(std::uint64_t id, std::int8_t mode) noexcept {
 bool SingleAxis::change_mode(cia402::Mode mode) noexcept {
   const auto before = axis_->mode();
   if (!axis_->set_mode(mode)) return false;
-  mode_before_ = before;
-  mode_since_ = cycle_;
-  changing_mode_ = true;
+  mode_change_.before = before;
+  mode_change_.since = cycle_;
+  mode_change_.under_way = true;
   if (active_) replan();
-  if (power_ == Power::kResting && !plan_rest()) fail(AxisError::kNotFinite);
+  if (power_.phase == Power::kResting && !plan_rest()) fail(AxisError::kNotFinite);
   return true;
 }
 
@@ -317,7 +317,7 @@ void SingleAxis::take_motion(std::uint64_t id, const AxisRequest& request) noexc
   }
   if (!keep_waiting(move)) return;
   // The motion under way may now pass its end at a velocity.
-  if (waiting_count_ == 1) replan();
+  if (waiting_.size() == 1) replan();
 }
 
 /// Superimposed on a motion to a position, it becomes a part of that motion, so that the sum obeys the limits of the
@@ -339,8 +339,8 @@ void SingleAxis::take_superimposed(std::uint64_t id, const AxisRequest& request)
       std::min(velocity_of(active_->request) + velocity_of(request), axis_->config().limits.max_velocity);
   if (override_ > 0.0 && !way_to(active_->target + request.target_si, both))
     return finish(id, RequestPhase::kError, AxisError::kTooLong);
-  finish(superimposed_request_, RequestPhase::kAborted);
-  superimposed_request_ = id;
+  finish(on_top_.request, RequestPhase::kAborted);
+  on_top_.request = id;
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
   active_->request = both;
   active_->target += request.target_si;

@@ -41,26 +41,26 @@ bool SingleAxis::superimpose(std::uint64_t id, const AxisRequest& request) noexc
   const double own_jerk = config.max_jerk.value_or(std::numeric_limits<double>::infinity());
   const auto limits = trajectory::ProfileLimits::symmetric(velocity, std::min(acceleration, most),
                                                            request.jerk_si > 0.0 ? request.jerk_si : own_jerk);
-  const double from = on_top_.state().position;
-  if (!on_top_.to_position({from + request.target_si, 0.0, 0.0}, limits)) {
+  const double from = on_top_.motion.state().position;
+  if (!on_top_.motion.to_position({from + request.target_si, 0.0, 0.0}, limits)) {
     finish(id, RequestPhase::kError, AxisError::kTooLong);
     return true;
   }
-  finish(superimposed_request_, RequestPhase::kAborted);
-  superimposed_request_ = id;
+  finish(on_top_.request, RequestPhase::kAborted);
+  on_top_.request = id;
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
-  superimposed_ = true;
-  on_top_velocity_ = velocity;
+  on_top_.active = true;
+  on_top_.velocity = velocity;
   // Plan the velocity below again from here: after a gap its plan started elsewhere.
   if (below == AxisCommand::kMoveVelocity) replan();
   return true;
 }
 
 void SingleAxis::take_halt_superimposed(std::uint64_t id) noexcept {
-  if (!superimposed_ || superimposed_request_ == 0) return finish(id, RequestPhase::kError, AxisError::kNothingToDo);
-  if (!on_top_.to_velocity(0.0, full_limits())) return finish(id, RequestPhase::kError, AxisError::kNotFinite);
-  finish(superimposed_request_, RequestPhase::kAborted);
-  superimposed_request_ = id;
+  if (!on_top_.active || on_top_.request == 0) return finish(id, RequestPhase::kError, AxisError::kNothingToDo);
+  if (!on_top_.motion.to_velocity(0.0, full_limits())) return finish(id, RequestPhase::kError, AxisError::kNotFinite);
+  finish(on_top_.request, RequestPhase::kAborted);
+  on_top_.request = id;
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
 }
 
@@ -82,23 +82,23 @@ void SingleAxis::step_on_top(const trajectory::AxisSetpoint& target) noexcept {
 /// Ends a finished superimposed motion: it becomes a part of a velocity motion, and stays an offset to followed
 /// setpoints.
 void SingleAxis::settle_superimposed() noexcept {
-  if (!on_top_.finished()) return;
-  finish(superimposed_request_, RequestPhase::kDone);
+  if (!on_top_.motion.finished()) return;
+  finish(on_top_.request, RequestPhase::kDone);
   if (active_->request.command == AxisCommand::kFollow) return;
   auto below = generator_.state();
-  below.position += on_top_.state().position;
-  superimposed_ = false;
-  on_top_.start_from({});
+  below.position += on_top_.motion.state().position;
+  on_top_.active = false;
+  on_top_.motion.start_from({});
   generator_.start_from(below);
   replan();
 }
 
 /// Drops the superimposed motion when the motion below ends; the next motion starts from their sum.
 void SingleAxis::drop_superimposed() noexcept {
-  if (!superimposed_) return;
-  finish(superimposed_request_, RequestPhase::kAborted);
-  superimposed_ = false;
-  on_top_.start_from({});
+  if (!on_top_.active) return;
+  finish(on_top_.request, RequestPhase::kAborted);
+  on_top_.active = false;
+  on_top_.motion.start_from({});
   generator_.start_from({setpoint_.position, step_velocity_, setpoint_.acceleration});
 }
 

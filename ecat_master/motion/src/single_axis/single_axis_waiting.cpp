@@ -21,9 +21,9 @@ trajectory::PositionRange between(double one, double other) noexcept {
 
 /// How the end of a motion is passed; none: the axis stops there.
 std::optional<SingleAxis::Passage> SingleAxis::passage_of(const Move& move) const noexcept {
-  if (waiting_count_ == 0 || !blends(waiting_[0].request.buffer)) return std::nullopt;
-  if (!leads_to_position(waiting_[0].request.command)) return std::nullopt;
-  auto next = waiting_[0];
+  if (waiting_.empty() || !blends(waiting_.front().request.buffer)) return std::nullopt;
+  if (!leads_to_position(waiting_.front().request.command)) return std::nullopt;
+  auto next = waiting_.front();
   next.target = target_of(next.request, {move.target, 0.0, 0.0}, move.target);
   if (!in_range(next.target)) return std::nullopt;
   const double way = move.target - generator_.state().position;
@@ -61,13 +61,13 @@ std::optional<trajectory::Profile> SingleAxis::way_behind(const Move& move, cons
 /// Ends the motion under way. A waiting motion is planned in its turn; until then the ended one stays active, and the
 /// axis stands at its end or continues at its velocity.
 void SingleAxis::end_motion() noexcept {
-  if (waiting_count_ == 0) {
+  if (waiting_.empty()) {
     finish_move(RequestPhase::kDone);
     state_ = PlcopenState::kStandstill;
     return;
   }
   finish(active_->id, RequestPhase::kDone);
-  if (!superimposed_) finish(superimposed_request_, RequestPhase::kDone);
+  if (!on_top_.active) finish(on_top_.request, RequestPhase::kDone);
   due_ = Due::kNext;
 }
 
@@ -76,11 +76,11 @@ void SingleAxis::end_motion() noexcept {
 void SingleAxis::pass_end() noexcept {
   const double end = active_->target;
   finish_move(RequestPhase::kDone);
-  active_ = take_waiting();
+  active_ = waiting_.pop();
   active_->target = target_of(active_->request, {end, 0.0, 0.0}, end);
   last_target_ = active_->target;
   table_->set(active_->id, {RequestPhase::kActive, AxisError::kNone});
-  if (waiting_count_ > 0 && blends(waiting_[0].request.buffer)) due_ = Due::kPassage;
+  if (!waiting_.empty() && blends(waiting_.front().request.buffer)) due_ = Due::kPassage;
 }
 
 void SingleAxis::plan_in_turn() noexcept {
@@ -89,7 +89,7 @@ void SingleAxis::plan_in_turn() noexcept {
 
 void SingleAxis::begin_next() noexcept {
   finish_move(RequestPhase::kDone);
-  const auto next = take_waiting();
+  const auto next = waiting_.pop();
   const auto error = refusal_of_motion(next);
   if (error == AxisError::kNone) return begin_move(next);
   auto refused = next.id;
@@ -98,23 +98,12 @@ void SingleAxis::begin_next() noexcept {
   begin_move({});
 }
 
-/// Appends a motion to the waiting ones; refuses it if the buffer is full.
+/// Appends a motion to the waiting ones; refuses it if the queue is full.
 bool SingleAxis::keep_waiting(const Move& move) noexcept {
-  if (waiting_count_ == kWaiting) {
-    auto refused = move.id;
-    finish(refused, RequestPhase::kError, AxisError::kBufferFull);
-    return false;
-  }
-  waiting_[waiting_count_++] = move;
-  return true;
-}
-
-/// Removes the first waiting motion.
-SingleAxis::Move SingleAxis::take_waiting() noexcept {
-  const auto next = waiting_[0];
-  std::copy(waiting_.begin() + 1, waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_count_), waiting_.begin());
-  --waiting_count_;
-  return next;
+  if (waiting_.push(move)) return true;
+  auto refused = move.id;
+  finish(refused, RequestPhase::kError, AxisError::kBufferFull);
+  return false;
 }
 
 }  // namespace driveline::motion

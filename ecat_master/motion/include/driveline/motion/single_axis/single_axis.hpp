@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -15,8 +14,10 @@
 #include "driveline/motion/control/return_motion.hpp"
 #include "driveline/motion/control/setpoint_supply.hpp"
 #include "driveline/motion/single_axis/axis_request.hpp"
+#include "driveline/motion/single_axis/motion_queue.hpp"
 #include "driveline/motion/single_axis/request_table.hpp"
 #include "driveline/motion/single_axis/setpoint_generator.hpp"
+#include "driveline/motion/single_axis/torque_ramp.hpp"
 #include "driveline/trajectory/rejoin.hpp"
 
 namespace driveline::motion {
@@ -63,22 +64,22 @@ class SingleAxis {
   /// Gives the axis a feed to follow; `keeps_range`: the feed keeps the software limits. To be called before the cycle
   /// starts.
   void set_fed(bool keeps_range) noexcept {
-    fed_ = true;
-    fed_in_range_ = keeps_range;
+    feed_.present = true;
+    feed_.keeps_range = keeps_range;
   }
   /// Whether set_fed() was called.
-  [[nodiscard]] bool fed() const noexcept { return fed_; }
+  [[nodiscard]] bool fed() const noexcept { return feed_.present; }
   /// Makes the axis the follower of a gantry, whose leader provides its setpoints. To be called before the cycle
   /// starts.
-  void set_in_formation() noexcept { fed_ = in_formation_ = true; }
+  void set_in_formation() noexcept { feed_.present = feed_.in_formation = true; }
   /// Whether set_in_formation() was called.
-  [[nodiscard]] bool in_formation() const noexcept { return in_formation_; }
+  [[nodiscard]] bool in_formation() const noexcept { return feed_.in_formation; }
   /// Whether both inputs and position are from this cycle.
-  [[nodiscard]] bool exchanged() const noexcept { return exchanged_; }
+  [[nodiscard]] bool exchanged() const noexcept { return exchange_.good; }
   /// Whether the axis is at the setpoints that it follows, and no longer moving towards them.
   [[nodiscard]] bool led_exactly() const noexcept { return follows() && rejoin_.joined() && !beside_; }
   /// Whether the axis comes to rest by its setpoints, to be switched off then.
-  [[nodiscard]] bool comes_to_rest() const noexcept { return power_ == Power::kResting; }
+  [[nodiscard]] bool comes_to_rest() const noexcept { return power_.phase == Power::kResting; }
   /// Whether the setpoints no longer move the axis.
   [[nodiscard]] bool at_rest_without_setpoints() const noexcept { return !powered(); }
   /// Stops the axis by a ramp of the setpoint, because its drive may be in order, and then switches it off.
@@ -90,7 +91,7 @@ class SingleAxis {
   /// Sets that offset as found by homing.
   void set_home(double offset) noexcept {
     offset_ = offset;
-    homed_ = snapshot::AxisHomed::kYes;
+    homing_.homed = snapshot::AxisHomed::kYes;
   }
   /// Whether the axis follows its feed.
   [[nodiscard]] bool follows() const noexcept { return active_ && active_->request.command == AxisCommand::kFollow; }
@@ -107,7 +108,7 @@ class SingleAxis {
   /// PLCopen state as of the last cycle.
   [[nodiscard]] PlcopenState state() const noexcept { return state_; }
   /// Whether a request has homed the axis.
-  [[nodiscard]] snapshot::AxisHomed homed() const noexcept { return homed_; }
+  [[nodiscard]] snapshot::AxisHomed homed() const noexcept { return homing_.homed; }
   /// Reason for ErrorStop.
   [[nodiscard]] AxisError error() const noexcept { return error_; }
   /// 603Fh at the time of the error.
@@ -122,9 +123,9 @@ class SingleAxis {
     std::uint64_t request = 0;
   };
   /// The last recorded position. \rtsafe
-  [[nodiscard]] const Recorded& recorded() const noexcept { return recorded_; }
+  [[nodiscard]] const Recorded& recorded() const noexcept { return probe_.recorded; }
   /// Position of the superimposed motion on the followed setpoints (AxisCommand::kMoveSuperimposed), rad or m.
-  [[nodiscard]] double on_top() const noexcept { return on_top_.state().position; }
+  [[nodiscard]] double on_top() const noexcept { return on_top_.motion.state().position; }
   /// Velocity factor set by AxisCommand::kSetOverride.
   [[nodiscard]] double override_factor() const noexcept { return override_; }
   /// Number of times that a motion has been planned, which is the time-consuming part of a cycle.
@@ -260,7 +261,6 @@ class SingleAxis {
   void end_motion() noexcept;
   void pass_end() noexcept;
   void begin_next() noexcept;
-  [[nodiscard]] Move take_waiting() noexcept;
 
   // Movements that the drive generates itself.
   void enter(ByDrive phase) noexcept;
@@ -279,9 +279,9 @@ class SingleAxis {
   [[nodiscard]] std::chrono::nanoseconds time_since(std::int64_t cycle) const noexcept;
   /// Whether the drive generates the motion and the setpoints of the master have no effect.
   [[nodiscard]] bool drive_moves() const noexcept {
-    return by_drive_ > ByDrive::kEntering && by_drive_ < ByDrive::kLeaving;
+    return drive_.phase > ByDrive::kEntering && drive_.phase < ByDrive::kLeaving;
   }
-  [[nodiscard]] bool homes() const noexcept { return drive_command_ == AxisCommand::kHome; }
+  [[nodiscard]] bool homes() const noexcept { return drive_.command == AxisCommand::kHome; }
   [[nodiscard]] double drive_target_of(const AxisRequest& request) const noexcept;
   [[nodiscard]] bool waits_for_drive(const AxisRequest& request) const noexcept;
   void begin_profile(const Move& move) noexcept;
@@ -295,7 +295,6 @@ class SingleAxis {
   void lead_by_torque() noexcept;
   void give_torque_up(AxisError error) noexcept;
   void advance_torque() noexcept;
-  [[nodiscard]] double within_velocity(double torque) const noexcept;
   [[nodiscard]] double place_under_torque() const noexcept;
   void watch_torque() noexcept;
   void leave_torque() noexcept;
@@ -319,7 +318,7 @@ class SingleAxis {
   /// From interpolated position the drive can change to CSP only, unless it is the mode of its setpoints.
   [[nodiscard]] bool mode_may_change() const noexcept {
     const auto interpolated = cia402::Mode::kInterpolatedPosition;
-    return !changing_mode_ && (axis_->mode() != interpolated || axis_->config().mode == interpolated);
+    return !mode_change_.under_way && (axis_->mode() != interpolated || axis_->config().mode == interpolated);
   }
   [[nodiscard]] bool eases() const noexcept;
   void restore_mode() noexcept;
@@ -328,89 +327,124 @@ class SingleAxis {
   void forget_place() noexcept;
   void stop_for_position() noexcept;
   void enter(Power power) noexcept;
-  [[nodiscard]] bool powered() const noexcept { return power_ == Power::kOn || power_ == Power::kResting; }
+  [[nodiscard]] bool powered() const noexcept { return power_.phase == Power::kOn || power_.phase == Power::kResting; }
   [[nodiscard]] bool off() const noexcept;
-  [[nodiscard]] bool lost() const noexcept { return bad_exchanges_ >= lost_limit_; }
+  [[nodiscard]] bool lost() const noexcept { return exchange_.bad >= exchange_.limit; }
   [[nodiscard]] bool too_long(std::int64_t missed) const noexcept {
-    return missed > std::int64_t{lost_limit_} * axis_->divider();
+    return missed > std::int64_t{exchange_.limit} * axis_->divider();
   }
   [[nodiscard]] bool exceeded(std::int64_t since, std::chrono::nanoseconds limit) const noexcept;
   [[nodiscard]] cia402::Goal goal() const noexcept;
+
+  /// Power, and the request to change it.
+  struct PowerChange {
+    Power phase = Power::kOff;
+    std::int64_t since = 0;            ///< cycle in which the phase began
+    std::uint64_t request = 0;         ///< 0: none
+    std::uint32_t cycles_at_rest = 0;  ///< in Power::kResting
+  };
+  /// Reset of a fault.
+  struct FaultReset {
+    std::int64_t since = 0;     ///< cycle of the request
+    std::uint64_t request = 0;  ///< 0: none
+  };
+  /// Change from a cyclic mode to another.
+  struct CyclicModeChange {
+    std::int64_t since = 0;     ///< cycle of the request
+    std::uint64_t request = 0;  ///< 0: none
+    cia402::Mode before = cia402::Mode::kCyclicPosition;
+    bool under_way = false;
+    bool eased = false;                       ///< eases() in the last cycle
+    std::optional<cia402::Mode> return_to{};  ///< mode to restore after homing or torque control
+  };
+  /// A movement that the drive generates.
+  struct DriveMovement {
+    ByDrive phase = ByDrive::kNone;
+    AxisCommand command = AxisCommand::kHome;
+    trajectory::AxisSetpoint target{};  ///< target of the drive's profile generator
+    std::int64_t since = 0;             ///< cycle in which the phase, or the present target of several, started
+    std::int64_t given_since = 0;       ///< cycle in which the last target was given
+    std::int64_t still_since = 0;       ///< cycle since which the axis has been at rest
+    double still_place = 0.0;           ///< position since still_since
+    std::uint64_t request = 0;          ///< 0: none
+    std::uint64_t next = 0;             ///< request of the target that the drive holds until the present one is reached
+  };
+  /// Torque control.
+  struct TorqueControl {
+    Torque phase = Torque::kNone;
+    std::int64_t since = 0;  ///< cycle in which the change to CST started
+    TorqueRamp ramp{};
+  };
+  /// Home position of the axis.
+  struct Home {
+    snapshot::AxisHomed homed = snapshot::AxisHomed::kUnknown;
+    Search search = Search::kNone;
+    double event = 0.0;  ///< position of the event found by the search, in drive positions
+  };
+  /// Touch probe.
+  struct Probe {
+    std::uint64_t request = 0;  ///< 0: none
+    AxisRequest asked{};        ///< content of the request
+    std::int64_t since = 0;     ///< cycle in which the probe was armed
+    Recorded recorded{};
+  };
+  /// Exchanges with the drive.
+  struct Exchanges {
+    std::uint32_t limit;     ///< LostLimit::exchanges_of() of the axis
+    std::uint32_t bad = 0;   ///< consecutive exchanges without valid process data
+    bool good = false;       ///< the position is from this cycle
+    bool last_good = false;  ///< the last exchange that was due succeeded
+  };
+  /// The feed that the axis may follow.
+  struct Feed {
+    bool present = false;       ///< set by set_fed()
+    bool keeps_range = false;   ///< set by set_fed()
+    bool in_formation = false;  ///< set by set_in_formation()
+    std::uint32_t held_up = 0;  ///< consecutive cycles in which the feed has waited for other axes
+  };
+  /// Motion on top of a motion without an end.
+  struct Superimposed {
+    SetpointGenerator motion{};  ///< distance, starts at 0
+    double velocity = 0.0;       ///< velocity that `motion` may have, rad/s or m/s
+    bool active = false;
+    bool holds_back = false;    ///< the velocity below is reduced for it
+    std::uint64_t request = 0;  ///< 0: none
+  };
 
   Axis* axis_;
   RequestTable* table_;
   Settings settings_;
   double period_s_;
+  std::int64_t cycle_ = 0;
   PositionWatch watch_;
   FollowingErrorWatch following_watch_;
   CoastWatch coast_;
   SetpointSupply supply_;
+  Exchanges exchange_;
   SetpointGenerator generator_{};
+  Superimposed on_top_{};
+  Feed feed_{};
   trajectory::Rejoin rejoin_{};                  ///< return to the setpoints of a feed, or of two motions
-  SetpointGenerator on_top_{};                   ///< distance of the superimposed motion, starts at 0
-  double on_top_velocity_ = 0.0;                 ///< velocity that on_top_ may have, rad/s or m/s
-  bool superimposed_ = false;                    ///< a superimposed motion is active
-  bool held_back_ = false;                       ///< the velocity below is reduced for the superimposed motion
   std::optional<ReturnMotion> return_motion_{};  ///< return after a gap, once setpoints reach the drive again
   trajectory::AxisSetpoint setpoint_{};
   double step_velocity_ = 0.0;  ///< velocity of the last step to setpoint_, rad/s or m/s
+  bool beside_ = false;         ///< after a gap, until setpoint_ is back at the generator
   PlcopenState state_ = PlcopenState::kDisabled;
   AxisError error_ = AxisError::kNone;
   std::uint16_t error_code_ = 0;
-  Power power_ = Power::kOff;
-  std::int64_t cycle_ = 0;
-  std::int64_t power_since_ = 0;  ///< cycle in which power_ changed
-  std::int64_t reset_since_ = 0;  ///< cycle of the reset request
-  std::int64_t mode_since_ = 0;   ///< cycle of the mode request
-  cia402::Mode mode_before_ = cia402::Mode::kCyclicPosition;
-  bool changing_mode_ = false;                 ///< changing from a cyclic mode to another
-  bool eased_ = false;                         ///< eases() in the last cycle
-  std::optional<cia402::Mode> return_mode_{};  ///< mode to restore after homing or torque control
-  ByDrive by_drive_ = ByDrive::kNone;
-  AxisCommand drive_command_ = AxisCommand::kHome;
-  trajectory::AxisSetpoint drive_target_{};  ///< target of the drive's profile generator
-  std::int64_t drive_since_ = 0;             ///< cycle in which the phase, or the present target of several, started
-  std::int64_t given_since_ = 0;             ///< cycle in which the last target was given
-  std::int64_t still_since_ = 0;             ///< cycle since which the axis has been at rest
-  double still_place_ = 0.0;                 ///< position since still_since_
-  Torque torque_ = Torque::kNone;
-  std::int64_t torque_since_ = 0;  ///< cycle in which the change to CST started
-  double torque_nm_ = 0.0;         ///< torque of the ramp, Nm or N
-  double torque_top_ = 0.0;        ///< velocity above which the axis is braked, rad/s or m/s
-  double acceleration_ = 0.0;      ///< measured acceleration, filtered
-  double velocity_before_ = 0.0;   ///< measured velocity of the previous exchange
-  double too_fast_s_ = 0.0;
-  std::uint32_t lost_limit_;          ///< LostLimit::exchanges_of() of the axis
-  std::uint32_t bad_exchanges_ = 0;   ///< consecutive exchanges without valid process data
-  std::uint32_t cycles_at_rest_ = 0;  ///< cycles at rest in Power::kResting
-  bool exchanged_ = false;            ///< the position is from this cycle
-  bool seen_ = false;                 ///< the last exchange that was due succeeded
-  std::uint32_t held_up_ = 0;         ///< consecutive cycles in which the feed has waited for other axes
-  bool beside_ = false;               ///< after a gap, until setpoint_ is back at the generator
-  bool fed_ = false;                  ///< set by set_fed()
-  bool fed_in_range_ = false;         ///< set by set_fed()
-  bool in_formation_ = false;         ///< set by set_in_formation()
+  PowerChange power_{};
+  FaultReset reset_{};
+  CyclicModeChange mode_change_{};
+  DriveMovement drive_{};
+  TorqueControl torque_{};
+  Home homing_{};
+  Probe probe_{};
   double offset_ = 0.0;
-  snapshot::AxisHomed homed_ = snapshot::AxisHomed::kUnknown;
   double override_ = 1.0;
   double last_target_ = 0.0;
   std::optional<double> run_velocity_{};  ///< velocity of a kMoveVelocity towards the end of the range
-  // Numbers of requests; 0: none.
-  std::uint64_t power_request_ = 0;
-  std::uint64_t reset_request_ = 0;
-  std::uint64_t mode_request_ = 0;
-  std::uint64_t drive_request_ = 0;
-  std::uint64_t drive_next_ = 0;  ///< target that the drive holds and starts when the present one is reached
-  std::uint64_t superimposed_request_ = 0;
-  std::uint64_t probe_request_ = 0;
-  AxisRequest probed_{};          ///< the request of probe_request_
-  std::int64_t probe_since_ = 0;  ///< cycle in which the probe was armed
-  Recorded recorded_{};
-  Search search_ = Search::kNone;
-  double home_ = 0.0;  ///< position of the event found by the search, in drive positions
   std::optional<Move> active_{};
-  std::array<Move, kWaiting> waiting_{};
-  std::size_t waiting_count_ = 0;
+  MotionQueue<Move, kWaiting> waiting_{};
   Due due_ = Due::kNone;
   std::uint64_t planned_ = 0;
 };
