@@ -7,8 +7,8 @@
 
 namespace driveline::canopen {
 
-/// Reads up to 8 bytes as one number, for comparison. A PDO is so short that a call of memcmp or memcpy costs more than
-/// its work, and the cycle compares and copies all of them. \rtsafe
+/// Reads up to 8 bytes as one number, for comparison with as many bytes. A PDO is so short that a call of memcmp or
+/// memcpy costs more than its work, and the cycle compares and copies all of them. \rtsafe
 [[nodiscard]] inline std::uint64_t load_few(std::span<const std::byte> from) noexcept {
   const auto count = from.size();
   if (count >= 4) {
@@ -18,9 +18,14 @@ namespace driveline::canopen {
     std::memcpy(&last, from.data() + count - sizeof last, sizeof last);
     return std::uint64_t{first} << 32U | last;
   }
-  std::uint64_t value = 0;
-  for (const auto byte : from) value = value << 8U | std::to_integer<std::uint64_t>(byte);
-  return value;
+  if (count >= 2) {
+    std::uint16_t first = 0;
+    std::uint16_t last = 0;
+    std::memcpy(&first, from.data(), sizeof first);
+    std::memcpy(&last, from.data() + count - sizeof last, sizeof last);
+    return std::uint64_t{first} << 16U | last;
+  }
+  return count == 0 ? 0 : std::to_integer<std::uint64_t>(from[0]);
 }
 
 /// Copies up to 8 bytes between places that do not overlap. \rtsafe

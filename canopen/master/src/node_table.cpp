@@ -1,7 +1,5 @@
 #include "node_table.hpp"
 
-#include <algorithm>
-
 namespace driveline::canopen {
 namespace {
 
@@ -26,8 +24,12 @@ NodeTable::NodeTable(std::size_t nodes)
 void NodeTable::set_operational(std::size_t node, bool operational) noexcept {
   auto& requested = shared_[node].requested;
   auto changes = requested.load(std::memory_order_relaxed);
-  while (is_on(changes) != operational &&
-         !requested.compare_exchange_weak(changes, changes + 1, std::memory_order_release, std::memory_order_relaxed)) {
+  while (is_on(changes) != operational) {
+    if (!requested.compare_exchange_weak(changes, changes + 1, std::memory_order_release, std::memory_order_relaxed)) {
+      continue;
+    }
+    changes_.fetch_add(1, std::memory_order_release);
+    return;
   }
 }
 
@@ -51,20 +53,38 @@ NodeReport NodeTable::report(std::size_t node) const noexcept {
 }
 
 void NodeTable::begin_period() noexcept {
-  for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    auto& node = nodes_[i];
+  for (auto& node : nodes_) {
     node.came = 0;
     node.sent = true;
     node.begun = false;
+  }
+  totals_.came = 0;
+  some_begun_ = false;
+  const auto changes = changes_.load(std::memory_order_acquire);
+  if (changes == changes_seen_) return;
+  changes_seen_ = changes;
+  take_requests();
+}
+
+void NodeTable::take_requests() noexcept {
+  settled_ = false;
+  totals_ = {};
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    auto& node = nodes_[i];
     const auto changes = shared_[i].requested.load(std::memory_order_acquire);
-    if (changes == requests_seen_[i]) continue;
-    requests_seen_[i] = changes;
-    node.begun = is_on(changes);
-    if (node.in_use) {
-      node.heard = 0;
-      ++node.sojourn;
+    if (changes != requests_seen_[i]) {
+      requests_seen_[i] = changes;
+      node.begun = is_on(changes);
+      some_begun_ = some_begun_ || node.begun;
+      if (node.in_use) {
+        node.heard = 0;
+        ++node.sojourn;
+      }
+      node.in_use = is_on(changes);
     }
-    node.in_use = is_on(changes);
+    if (!node.in_use) continue;
+    totals_.due += node.due;
+    totals_.worst_bits += node.worst_bits;
   }
 }
 
@@ -76,32 +96,42 @@ void NodeTable::note_short(std::size_t node, ShortPdo pdo) noexcept {
 
 void NodeTable::note_unsent(std::size_t node) noexcept {
   nodes_[node].sent = false;
+  settled_ = false;
   shared_[node].unsent.add();
 }
 
 NodeTable::Verdict NodeTable::judge(bool synced) noexcept {
   Verdict verdict;
+  if (synced) {
+    verdict.due = totals_.due;
+    verdict.came = totals_.came;
+  }
+  if (settled_ && synced && verdict.came == verdict.due) return verdict;
+  settled_ = synced;
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    const auto& node = nodes_[i];
-    auto& shared = shared_[i];
-    const bool answered = node.came >= node.due;
-    const bool valid = node.in_use && node.sent && answered && (synced || node.due == 0);
-    valid_[i] = valid;
-    supplied_[i] = node.in_use && node.sent;
-    if (node.in_use && synced) {
-      verdict.due += node.due;
-      verdict.came += std::min(node.came, node.due);
-      if (!answered) shared.lost.add(node.due - node.came);
-    }
-    verdict.all_valid = verdict.all_valid && (valid || !node.in_use);
-    shared.stale.store(valid ? 0 : shared.stale.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-    std::uint32_t flags = 0;
-    if (valid) flags |= kValid;
-    if (node.in_use) flags |= kOperational;
-    if (node.heard >= node.tpdos) flags |= kHeard;
-    shared.flags.store(flags, std::memory_order_release);
+    const bool valid = judge(i, synced);
+    settled_ = settled_ && valid;
+    verdict.all_valid = verdict.all_valid && (valid || !nodes_[i].in_use);
   }
   return verdict;
+}
+
+/// Returns whether the node is valid.
+bool NodeTable::judge(std::size_t place, bool synced) noexcept {
+  const auto& node = nodes_[place];
+  auto& shared = shared_[place];
+  const bool answered = node.came >= node.due;
+  const bool valid = node.in_use && node.sent && answered && (synced || node.due == 0);
+  valid_[place] = valid;
+  supplied_[place] = node.in_use && node.sent;
+  if (node.in_use && synced && !answered) shared.lost.add(node.due - node.came);
+  shared.stale.store(valid ? 0 : shared.stale.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  std::uint32_t flags = 0;
+  if (valid) flags |= kValid;
+  if (node.in_use) flags |= kOperational;
+  if (node.heard >= node.tpdos) flags |= kHeard;
+  shared.flags.store(flags, std::memory_order_release);
+  return valid;
 }
 
 }  // namespace driveline::canopen

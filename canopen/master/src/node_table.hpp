@@ -27,6 +27,12 @@ class NodeTable {
     std::uint32_t sojourn = 0;  ///< number of times that the node was put out of use; tells which TPDOs count as heard
     std::uint32_t worst_bits = 0;  ///< worst case of the bits of its PDOs with SYNC
   };
+  /// Sums over the nodes in use.
+  struct Totals {
+    std::uint32_t due = 0;         ///< sum of Node::due
+    std::uint32_t came = 0;        ///< sum of Node::came
+    std::uint32_t worst_bits = 0;  ///< sum of Node::worst_bits
+  };
 
   /// No node is operational.
   explicit NodeTable(std::size_t nodes);
@@ -42,8 +48,23 @@ class NodeTable {
   [[nodiscard]] std::size_t size() const noexcept { return nodes_.size(); }
   [[nodiscard]] Node& operator[](std::size_t node) noexcept { return nodes_[node]; }
   [[nodiscard]] const Node& operator[](std::size_t node) const noexcept { return nodes_[node]; }
-  /// Takes over which nodes are operational, for the period that begins.
+  /// Takes over which nodes are operational, for the period that begins. From the first call on, Node::due, tpdos and
+  /// worst_bits must not change.
   void begin_period() noexcept;
+  /// Whether a node has come into use with this period.
+  [[nodiscard]] bool some_begun() const noexcept { return some_begun_; }
+  /// Sums over the nodes in use.
+  [[nodiscard]] const Totals& totals() const noexcept { return totals_; }
+  /// A TPDO of a node that was due has come, for the first time in this period.
+  void note_came(std::size_t node) noexcept {
+    ++nodes_[node].came;
+    if (nodes_[node].in_use) ++totals_.came;
+  }
+  /// A TPDO of a node has come for the first time since the node was last not in use.
+  void note_heard(std::size_t node) noexcept {
+    ++nodes_[node].heard;
+    settled_ = false;
+  }
   void note_late(std::size_t node) noexcept { shared_[node].late.add(); }
   /// A TPDO of a node that was shorter than its mapping. Aligned as a whole word, which std::atomic needs to load it
   /// without a call of libatomic.
@@ -54,6 +75,11 @@ class NodeTable {
   };
   void note_short(std::size_t node, ShortPdo pdo) noexcept;
   void note_unsent(std::size_t node) noexcept;
+  /// What was sent to a node for this period is out of date.
+  void note_outdated(std::size_t node) noexcept {
+    nodes_[node].sent = false;
+    settled_ = false;
+  }
   /// Result of the judgement of a period.
   struct Verdict {
     std::uint32_t due = 0;   ///< TPDOs that were
@@ -81,7 +107,17 @@ class NodeTable {
     rt::Counter unsent;
   };
 
+  [[nodiscard]] bool judge(std::size_t place, bool synced) noexcept;
+  void take_requests() noexcept;
+
   std::vector<Node> nodes_;
+  Totals totals_;
+  bool some_begun_ = false;
+  /// The last judgement found all nodes in use and valid, and no other event has come since: only a missing TPDO or
+  /// SYNC can change it.
+  bool settled_ = false;
+  std::uint32_t changes_seen_ = 0;
+  std::atomic<std::uint32_t> changes_{0};  ///< number of all requests, incremented after each
   std::vector<std::uint32_t> requests_seen_;
   std::unique_ptr<Shared[]> shared_;
   std::unique_ptr<bool[]> valid_;

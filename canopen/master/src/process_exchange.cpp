@@ -127,11 +127,8 @@ NodeTable::Verdict ProcessExchange::judge() noexcept {
 
 /// From now until the next grid instant.
 PeriodRoom ProcessExchange::room() const noexcept {
-  std::int64_t bits = bits_in_time(grid_ + period_ - std::max(clock_.now(), grid_), bit_rate_) - worst_frame_bits(0);
-  for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    if (nodes_[i].in_use) bits -= nodes_[i].worst_bits;
-  }
-  return PeriodRoom{bits};
+  const auto bits = bits_in_time(grid_ + period_ - std::max(clock_.now(), grid_), bit_rate_);
+  return PeriodRoom{bits - worst_frame_bits(0) - nodes_.totals().worst_bits};
 }
 
 void ProcessExchange::send(bool outputs) noexcept {

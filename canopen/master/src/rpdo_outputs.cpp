@@ -85,6 +85,7 @@ bool RpdoOutputs::send_new(CanPort& port, Rpdo& rpdo, std::uint32_t& bits) const
   copy_few(bytes, frame.data.data());
   if (port.send(frame) != SendStatus::kSent) return false;
   rpdo.frame = frame;
+  rpdo.sent = load_few(bytes);
   bits += rpdo.meter.bits(bytes);
   return true;
 }
@@ -115,7 +116,7 @@ void RpdoOutputs::outdate() noexcept {
   outdated_ = true;
   for (auto& rpdo : with_sync_) {
     rpdo.outdated = true;
-    nodes_[rpdo.place.node].sent = false;
+    nodes_.note_outdated(rpdo.place.node);
   }
 }
 
@@ -126,19 +127,30 @@ bool RpdoOutputs::outdated() noexcept {
   return outdated_;
 }
 
+/// Whether the content of an RPDO on change is to be sent: it is not that of the last frame, or none was sent.
+bool RpdoOutputs::changed(const Rpdo& rpdo) const noexcept {
+  return rpdo.forced || load_few(content(rpdo)) != rpdo.sent;
+}
+
 /// Precondition: the node is in use.
 bool RpdoOutputs::due(const Rpdo& rpdo, const Group& group, const Pass& pass) const noexcept {
   if (pass.reason == Reason::kRepetition && pass.now < rpdo.repeat_at) return false;
-  const auto bytes = content(rpdo);
-  const bool changed = rpdo.forced || load_few(bytes) != load_few(std::span(rpdo.frame.data).first(bytes.size()));
-  if (changed && !group.current && rpdo.control_word && operates(bytes.subspan(*rpdo.control_word))) return false;
-  return changed || pass.reason == Reason::kRepetition;
+  const bool changes = changed(rpdo);
+  if (changes && !group.current && rpdo.control_word && operates(content(rpdo).subspan(*rpdo.control_word))) {
+    return false;
+  }
+  return changes || pass.reason == Reason::kRepetition;
+}
+
+/// Whether none of its RPDOs has changed.
+bool RpdoOutputs::rests(const Group& group) const noexcept {
+  return std::none_of(group.rpdos.begin(), group.rpdos.end(), [this](const Rpdo& rpdo) { return changed(rpdo); });
 }
 
 /// Returns false if an RPDO that is due could not be sent.
 bool RpdoOutputs::send_due(std::size_t node, Pass& pass) noexcept {
   auto& group = on_change_[node];
-  if (!nodes_[node].in_use) {
+  if (!nodes_[node].in_use || (pass.reason == Reason::kChange && rests(group))) {
     group.waited = false;
     return true;
   }
@@ -166,11 +178,16 @@ bool RpdoOutputs::send_due(std::size_t node, Pass& pass) noexcept {
   return true;
 }
 
-std::uint32_t RpdoOutputs::send_on_change(CanPort& port, nanoseconds now, PeriodRoom& room) noexcept {
+/// A node that has come into use gets all of its RPDOs on change.
+void RpdoOutputs::force_begun() noexcept {
   for (std::size_t node = 0; node < on_change_.size(); ++node) {
     if (!nodes_[node].begun) continue;
     for (auto& rpdo : on_change_[node].rpdos) rpdo.forced = true;
   }
+}
+
+std::uint32_t RpdoOutputs::send_on_change(CanPort& port, nanoseconds now, PeriodRoom& room) noexcept {
+  if (nodes_.some_begun()) force_begun();
   Pass pass{port, now, room, Reason::kChange};
   if (!send_all_due(pass) || now < next_repetition_) return pass.bits;
   pass.reason = Reason::kRepetition;

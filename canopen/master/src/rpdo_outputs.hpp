@@ -43,6 +43,7 @@ class RpdoOutputs {
     PdoPlace place;
     FrameMeter meter;
     Frame frame;                                ///< sent last
+    std::uint64_t sent = 0;                     ///< on change: its content, as load_few() reads it
     std::chrono::nanoseconds phase{};           ///< on change: it is repeated at this time of each interval
     std::chrono::nanoseconds repeat_at{};       ///< on change
     bool forced = true;                         ///< on change: due whatever its content is
@@ -63,6 +64,8 @@ class RpdoOutputs {
     return image_.outputs().subspan(rpdo.place.offset, rpdo.place.length);
   }
   void spread_repetitions();
+  void force_begun() noexcept;
+  [[nodiscard]] bool changed(const Rpdo& rpdo) const noexcept;
   [[nodiscard]] bool send_new(CanPort& port, Rpdo& rpdo, std::uint32_t& bits) const noexcept;
   /// What a pass over the RPDOs on change needs.
   struct Pass {
@@ -73,6 +76,7 @@ class RpdoOutputs {
     std::uint32_t bits = 0;
   };
   [[nodiscard]] bool due(const Rpdo& rpdo, const Group& group, const Pass& pass) const noexcept;
+  [[nodiscard]] bool rests(const Group& group) const noexcept;
   [[nodiscard]] bool send_due(std::size_t node, Pass& pass) noexcept;
   [[nodiscard]] bool send_all_due(Pass& pass) noexcept;
 

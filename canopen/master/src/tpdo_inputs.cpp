@@ -31,9 +31,9 @@ TpdoInputs::TpdoInputs(const MasterPlan& plan, PdoImage& image, NodeTable& nodes
   for (const auto& place : image.tpdos()) {
     by_identifier_[place.identifier] = static_cast<Place>(tpdos_.size());
     auto& tpdo = tpdos_.emplace_back();
-    tpdo.node = place.node;
+    tpdo.node = static_cast<std::uint32_t>(place.node);
     tpdo.number = place.number;
-    tpdo.offset = place.offset;
+    tpdo.offset = static_cast<std::uint32_t>(place.offset);
     tpdo.meter = FrameMeter(Frame{{place.identifier, false}, FrameKind::kData, place.length});
     tpdo.length = place.length;
     tpdo.due = place.answers_each_sync();
@@ -51,7 +51,7 @@ TpdoInputs::Place TpdoInputs::place_of(const Frame& frame) const noexcept {
 void TpdoInputs::begin_period(std::optional<nanoseconds> sync) noexcept {
   sync_ = sync;
   tally_ = {};
-  for (auto& tpdo : tpdos_) tpdo.came = false;
+  ++period_;
 }
 
 void TpdoInputs::note_stale(Tpdo& tpdo) noexcept {
@@ -62,21 +62,29 @@ void TpdoInputs::note_stale(Tpdo& tpdo) noexcept {
 }
 
 void TpdoInputs::note_heard(Tpdo& tpdo) noexcept {
-  auto& node = nodes_[tpdo.node];
-  if (tpdo.heard_in == node.sojourn) return;
-  tpdo.heard_in = node.sojourn;
-  ++node.heard;
+  const auto sojourn = nodes_[tpdo.node].sojourn;
+  if (tpdo.heard_in == sojourn) return;
+  tpdo.heard_in = sojourn;
+  nodes_.note_heard(tpdo.node);
+}
+
+/// Takes a frame that is not as long as its mapping. Returns whether it has all bytes of it.
+bool TpdoInputs::take_unplanned(Tpdo& tpdo, const Frame& frame) noexcept {
+  const auto bytes = frame.payload().size();
+  tally_.bits += bit_count(frame);
+  if (bytes >= tpdo.length) return true;
+  ++tally_.wrong_length;
+  nodes_.note_short(tpdo.node, {tpdo.number, static_cast<std::uint8_t>(bytes), tpdo.length});
+  return false;
 }
 
 void TpdoInputs::take(Place place, const ReceivedFrame& received) noexcept {
   const auto& frame = received.frame;
   auto& tpdo = tpdos_[place];
   const auto payload = frame.payload();
-  const bool as_planned = payload.size() == tpdo.length;
-  tally_.bits += as_planned ? tpdo.meter.bits(payload) : bit_count(frame);
-  if (payload.size() < tpdo.length) {
-    ++tally_.wrong_length;
-    nodes_.note_short(tpdo.node, {tpdo.number, static_cast<std::uint8_t>(payload.size()), tpdo.length});
+  if (payload.size() == tpdo.length) {
+    tally_.bits += tpdo.meter.bits(payload);
+  } else if (!take_unplanned(tpdo, frame)) {
     return;
   }
   if (tpdo.due && (!sync_ || received.time < earliest_answer(frame, *sync_))) return note_stale(tpdo);
@@ -84,23 +92,20 @@ void TpdoInputs::take(Place place, const ReceivedFrame& received) noexcept {
   note_heard(tpdo);
   if (!tpdo.due) return;
   // Two in one period: the first one answered an earlier SYNC.
-  if (tpdo.came) return note_stale(tpdo);
-  tpdo.came = true;
-  ++nodes_[tpdo.node].came;
+  if (tpdo.came_in == period_) return note_stale(tpdo);
+  tpdo.came_in = period_;
+  nodes_.note_came(tpdo.node);
   tally_.last = received.time;
 }
 
+/// Mostly nothing is missing, and nothing was.
 void TpdoInputs::end_period(bool synced) noexcept {
+  if (complete() && !some_missing_) return;
+  some_missing_ = false;
   for (auto& tpdo : tpdos_) {
-    if (tpdo.due && nodes_[tpdo.node].in_use) tpdo.missing = synced && !tpdo.came;
+    if (tpdo.due && nodes_[tpdo.node].in_use) tpdo.missing = synced && tpdo.came_in != period_;
+    some_missing_ = some_missing_ || tpdo.missing;
   }
-}
-
-bool TpdoInputs::complete() const noexcept {
-  for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    if (nodes_[i].in_use && nodes_[i].came < nodes_[i].due) return false;
-  }
-  return true;
 }
 
 }  // namespace driveline::canopen

@@ -49,17 +49,17 @@ class TpdoInputs {
   /// Counters of this period.
   [[nodiscard]] const Tally& tally() const noexcept { return tally_; }
   /// Whether all TPDOs of the nodes in use have come that are due.
-  [[nodiscard]] bool complete() const noexcept;
+  [[nodiscard]] bool complete() const noexcept { return nodes_.totals().came == nodes_.totals().due; }
 
  private:
   struct Tpdo {
-    std::size_t node = 0;
-    std::size_t offset = 0;
+    std::uint64_t came_in = 0;  ///< period in which it came last
+    std::uint32_t node = 0;
+    std::uint32_t offset = 0;
     FrameMeter meter;
     std::uint16_t number = 0;
     std::uint8_t length = 0;
     bool due = false;                                                    ///< after each SYNC
-    bool came = false;                                                   ///< in this period
     bool missing = false;                                                ///< it did not come in an earlier period
     std::uint32_t heard_in = std::numeric_limits<std::uint32_t>::max();  ///< NodeTable::Node::sojourn when it came last
   };
@@ -68,8 +68,9 @@ class TpdoInputs {
                                                          std::chrono::nanoseconds sync) const noexcept {
     return sync + least_answer_time_[std::min<std::size_t>(frame.length, Frame::kMaxLength)];
   }
-  void note_stale(Tpdo& tpdo) noexcept;
+  [[gnu::cold]] void note_stale(Tpdo& tpdo) noexcept;
   void note_heard(Tpdo& tpdo) noexcept;
+  [[nodiscard, gnu::cold]] bool take_unplanned(Tpdo& tpdo, const Frame& frame) noexcept;
 
   PdoImage& image_;
   NodeTable& nodes_;
@@ -78,6 +79,8 @@ class TpdoInputs {
   std::vector<Tpdo> tpdos_;
   std::array<Place, Identifier::kBaseMask + 1> by_identifier_;
   std::optional<std::chrono::nanoseconds> sync_;  ///< time of the SYNC of this period
+  std::uint64_t period_ = 0;                      ///< number of this period
+  bool some_missing_ = false;                     ///< Tpdo::missing of some TPDO may be set
   Tally tally_;
 };
 

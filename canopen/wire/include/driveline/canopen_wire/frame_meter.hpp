@@ -120,11 +120,39 @@ class FrameMeter {
   [[nodiscard]] constexpr std::uint32_t bits(std::span<const std::byte> data) const noexcept {
     auto stuffing = stuffing_;
     auto crc = crc_;
-    auto following = data.size();
-    for (const auto one : data) {
-      const auto byte = std::to_integer<unsigned>(one);
+    const auto add = [&](std::size_t from_end) {
+      const auto byte = std::to_integer<unsigned>(data[data.size() - from_end]);
       stuffing.add(frame_table::kByte, byte);
-      crc ^= frame_table::kCrc[--following][byte];
+      crc ^= frame_table::kCrc[from_end - 1][byte];
+    };
+    // Not a loop, whose own instructions would be a third of all.
+    switch (data.size()) {
+      default:
+        add(8);
+        [[fallthrough]];
+      case 7:
+        add(7);
+        [[fallthrough]];
+      case 6:
+        add(6);
+        [[fallthrough]];
+      case 5:
+        add(5);
+        [[fallthrough]];
+      case 4:
+        add(4);
+        [[fallthrough]];
+      case 3:
+        add(3);
+        [[fallthrough]];
+      case 2:
+        add(2);
+        [[fallthrough]];
+      case 1:
+        add(1);
+        [[fallthrough]];
+      case 0:
+        break;
     }
     stuffing.add(frame_table::kByte, crc >> kLowBits);
     stuffing.add(frame_table::kEndOfCrc, crc & ((1U << kLowBits) - 1));
