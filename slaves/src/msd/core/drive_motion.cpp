@@ -10,12 +10,10 @@ namespace {
 
 using Loop = ControllerSetpoint::Loop;
 
-constexpr std::uint32_t kSamplesForSynchronism = 8;  ///< setpoints on time; ours
-constexpr std::uint32_t kStandstillSteps = 64;       ///< 4 ms within the window of P 745; ours
-constexpr double kStopShare = 0.7;                   ///< stop time constant per speed controller reset time; ours
-constexpr double kStopAtLeastS = 2e-3;               ///< minimum of this time constant
-constexpr double kSpeedLimitS = 2e-3;                ///< time constant of the approach to the speed limit; ours
-constexpr double kSpeedLagS = 1e-3;                  ///< maximum lag of the measured speed; ours
+constexpr double kStopShare = 0.7;      ///< stop time constant per speed controller reset time; ours
+constexpr double kStopAtLeastS = 2e-3;  ///< minimum of this time constant
+constexpr double kSpeedLimitS = 2e-3;   ///< time constant of the approach to the speed limit; ours
+constexpr double kSpeedLagS = 1e-3;     ///< maximum lag of the measured speed; ours
 /// Maximum number of consecutive position setpoints that the interpolation extrapolates; ours.
 constexpr std::uint32_t kBridgedSetpoints = 8;
 
@@ -78,10 +76,6 @@ void DriveMotion::push_setpoints() noexcept {
   allowed_position_ = target;
   const double fraction = target == target_position_ ? setpoints_.position_fraction : 0.0;
   position_.push(to_rad(static_cast<double>(target) + fraction), setpoints_.velocity_offset_rad_s);
-}
-
-bool DriveMotion::synchronised() const noexcept {
-  return samples_on_time_ == kSamplesForSynchronism && steps_since_sample_ <= settings_.steps_per_setpoint + 1;
 }
 
 void DriveMotion::move_to(std::int64_t position, const GeneratorLimits& limits) noexcept {
@@ -345,10 +339,6 @@ double DriveMotion::phase_current_a(double dc_link_volts) const noexcept {
   return motor_.current_a();
 }
 
-bool DriveMotion::standstill() const noexcept {
-  return slow_steps_ == kStandstillSteps;
-}
-
 bool DriveMotion::slow() const noexcept {
   return std::abs(controller_.measured_velocity_rad_s()) < settings_.standstill_rad_s;
 }
@@ -378,15 +368,9 @@ int DriveMotion::direction() const noexcept {
   return speed > kStanding ? 1 : speed < -kStanding ? -1 : 0;
 }
 
-double DriveMotion::distance_to_target() const noexcept {
-  switch (source_) {
-    case MotionSource::kCyclicPosition:
-      return static_cast<double>(target_position_ - position());
-    case MotionSource::kCyclicVelocity:
-      return setpoints_.velocity_rad_s / settings_.scaling.velocity_rad_s - velocity();
-    default:
-      return 0.0;
-  }
+double DriveMotion::distance_to_speed() const noexcept {
+  if (source_ != MotionSource::kCyclicVelocity) return 0.0;
+  return setpoints_.velocity_rad_s / settings_.scaling.velocity_rad_s - velocity();
 }
 
 }  // namespace driveline::slaves::msd

@@ -81,13 +81,19 @@ void FineInterpolator::start_line(double end) noexcept {
 /// exactly the segment of the spline that starts at this knot.
 void FineInterpolator::start_cubic(double end, double end_velocity) noexcept {
   const double rise = end - value_;
-  const double t = (steps_ - elapsed_) * step_s_;
+  const double t = elapsed_ == 0 ? period_s_ : (steps_ - elapsed_) * step_s_;
   const double square = (3.0 * rise - (2.0 * velocity_ + end_velocity) * t) / (t * t);
   const double cube = ((velocity_ + end_velocity) * t - 2.0 * rise) / (t * t * t);
-  // The coefficients are over the time in the segment, of which a part may have passed.
+  polynomial_ = {value_, velocity_, square, cube};
+  if (elapsed_ != 0) begin_segment_earlier();
+}
+
+/// The coefficients are over the time in the segment, of which a part has passed.
+void FineInterpolator::begin_segment_earlier() noexcept {
+  const auto [value, velocity, square, cube] = polynomial_;
   const double past = elapsed_ * step_s_;
-  polynomial_ = {value_ - past * (velocity_ - past * (square - past * cube)),
-                 velocity_ - past * (2.0 * square - past * 3.0 * cube), square - 3.0 * cube * past, cube};
+  polynomial_ = {value - past * (velocity - past * (square - past * cube)),
+                 velocity - past * (2.0 * square - past * 3.0 * cube), square - 3.0 * cube * past, cube};
 }
 
 /// Whether to extrapolate a missing sample; not on a curve that stands still at every sample, or without a curve.

@@ -110,22 +110,6 @@ ProfileEffect Cia402Profile::written(std::uint16_t slot) noexcept {
   }
 }
 
-Setpoints Cia402Profile::setpoints(const MotionSettings& settings) const noexcept {
-  constexpr auto kInterpolated = OperationMode::kInterpolatedPosition;
-  const auto wanted = static_cast<OperationMode>(dictionary_->get(kValue.mode));
-  const bool interpolated =
-      wanted == kInterpolated || (modes_.mode() == kInterpolated && !ModeControl::supported(wanted));
-  const auto velocity = [&](std::int32_t units) { return units * settings.scaling.velocity_rad_s; };
-  const auto torque = [&](double permille) { return permille * 1e-3 * settings.rated_torque_nm; };
-  Setpoints setpoints;
-  setpoints.position = dictionary_->get(interpolated ? kValue.interpolation_data : kValue.target_position);
-  setpoints.velocity_rad_s = velocity(dictionary_->get(kValue.target_velocity));
-  setpoints.torque_nm = torque(dictionary_->get(kValue.target_torque));
-  setpoints.velocity_offset_rad_s = velocity(dictionary_->get(kValue.velocity_offset));
-  setpoints.torque_offset_nm = torque(dictionary_->get(kValue.torque_offset));
-  return setpoints;
-}
-
 /// Returns 6040h; 0 when the control word does not come from the bus.
 std::uint16_t Cia402Profile::control_word() const noexcept {
   return remote() ? dictionary_->get(kValue.control_word) : std::uint16_t{0};

@@ -142,7 +142,7 @@ class DriveMotion {
   /// Whether the motor is in U/f operation. \rtsafe
   [[nodiscard]] bool by_frequency() const noexcept { return by_frequency_; }
   /// Whether the measured speed has been within the standstill window for 4 ms. \rtsafe
-  [[nodiscard]] bool standstill() const noexcept;
+  [[nodiscard]] bool standstill() const noexcept { return slow_steps_ == kStandstillSteps; }
   /// Whether the axis is at standstill and a braking ramp, if any, has ended. \rtsafe
   [[nodiscard]] bool stopped() const noexcept { return standstill() && (!ramping_ || generator_.finished()); }
   /// Whether the movement of the profile generator has ended. \rtsafe
@@ -154,9 +154,14 @@ class DriveMotion {
     return limited_ || controller_.limited() || (by_frequency_ && frequency_control_.limited());
   }
   /// Returns the distance of position or speed from the source's setpoint, in its units; 0 in torque control. \rtsafe
-  [[nodiscard]] double distance_to_target() const noexcept;
+  [[nodiscard]] double distance_to_target() const noexcept {
+    if (source_ == MotionSource::kCyclicPosition) return static_cast<double>(target_position_ - position());
+    return distance_to_speed();
+  }
   /// Whether the last setpoints arrived at the times that the interpolation expects. \rtsafe
-  [[nodiscard]] bool synchronised() const noexcept;
+  [[nodiscard]] bool synchronised() const noexcept {
+    return samples_on_time_ == kSamplesForSynchronism && steps_since_sample_ <= settings_.steps_per_setpoint + 1;
+  }
   /// Returns the source of the last select(). \rtsafe
   [[nodiscard]] MotionSource source() const noexcept { return source_; }
   /// Returns the command of the last select(). \rtsafe
@@ -172,7 +177,11 @@ class DriveMotion {
   [[nodiscard]] int direction() const noexcept;
 
  private:
+  static constexpr std::uint32_t kSamplesForSynchronism = 8;  ///< setpoints on time; ours
+  static constexpr std::uint32_t kStandstillSteps = 64;       ///< 4 ms within the window of P 745; ours
+
   [[nodiscard]] ProfileState motion_in_force() const noexcept;
+  [[nodiscard]] double distance_to_speed() const noexcept;
   [[nodiscard]] bool slow() const noexcept;
   [[nodiscard]] double inertia() const noexcept;  ///< inertia that the torque moves, as known to the drive
   [[nodiscard]] double ramp_rad_s2() const noexcept;

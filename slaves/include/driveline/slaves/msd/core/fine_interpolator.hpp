@@ -59,6 +59,7 @@ class FineInterpolator {
   void start_line(double end) noexcept;
   [[gnu::cold]] void step_cosine(double t) noexcept;
   void start_cubic(double end, double end_velocity) noexcept;
+  [[gnu::cold]] void begin_segment_earlier() noexcept;
   void start_segment(double velocity) noexcept;
   void find_steady_change() noexcept;
   [[nodiscard]] std::uint32_t samples_in(double rise) const noexcept;

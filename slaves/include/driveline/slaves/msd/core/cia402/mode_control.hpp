@@ -66,7 +66,8 @@ class ModeControl {
  private:
   void enter(const Conditions& conditions, DriveMotion& motion) noexcept;
   void count_window(bool inside, std::uint16_t time_ms) noexcept;
-  void update_reached_otherwise(const DriveMotion& motion) noexcept;
+  // Not inlined: the registers that it needs would be saved in every cycle.
+  [[gnu::noinline]] void update_reached_otherwise(const DriveMotion& motion) noexcept;
   [[nodiscard]] std::uint16_t status_bits_otherwise(const DriveMotion& motion) const noexcept;
   void step_profile_position(const Conditions& conditions, DriveMotion& motion, bool resume) noexcept;
   void step_profile_velocity(DriveMotion& motion, bool resume) noexcept;
