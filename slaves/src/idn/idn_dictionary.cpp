@@ -50,17 +50,10 @@ SoeAnswer<Bytes> state_of(const IdnRow& row, const IdnValues& values) {
   return word(static_cast<std::uint16_t>(values.get(Slot<IdnCommand>{row.slot}).state));
 }
 
-Bytes attribute_of(const IdnRow& row) {
+Bytes bytes_of(const wire::SoeAttribute& attribute) {
   Bytes bytes(wire::SoeAttribute::kSize);
-  row.attribute.encode(std::span(bytes).first<wire::SoeAttribute::kSize>());
+  attribute.encode(std::span(bytes).first<wire::SoeAttribute::kSize>());
   return bytes;
-}
-
-Bytes value_of(const IdnRow& row, const IdnValues& values) {
-  if (row.attribute.command) return word(values.get(Slot<IdnCommand>{row.slot}).order);
-  if (!row.attribute.list) return number_bytes(row, values.raw(row));
-  if (row.selection != IdnSelection::kNone) return list_of(values.table().selected(row.selection), row.capacity);
-  return list_of(values.get(Slot<IdnList>{row.slot}), row.capacity);
 }
 
 /// Returns the error code for a write to an element other than the value.
@@ -130,19 +123,27 @@ SoeAnswer<Bytes> IdnDictionary::read_element(const SoeAccess& access) {
     case SoeElement::kName:
       return text_or(row->name, SoeError::kNoName);
     case SoeElement::kAttribute:
-      return attribute_of(*row);
+      return bytes_of(attribute(access.drive, *row));
     case SoeElement::kUnit:
-      return text_or(row->unit, SoeError::kNoUnit);
+      return text_or(unit(access.drive, *row), SoeError::kNoUnit);
     case SoeElement::kMin:
       return number_or(*row, std::isfinite(row->minimum), row->minimum, SoeError::kNoMin);
     case SoeElement::kMax:
       return number_or(*row, std::isfinite(row->maximum), row->maximum, SoeError::kNoMax);
     case SoeElement::kValue:
-      return value_of(*row, values);
+      return value_of(access.drive, *row);
     case SoeElement::kDefault:
       return number_or(*row, row->has_default, row->initial, SoeError::kNoDefault);
   }
   return tl::unexpected(SoeError::kNoElement);
+}
+
+Bytes IdnDictionary::value_of(std::uint8_t drive, const IdnRow& row) const {
+  const auto& values = drives_[drive];
+  if (row.attribute.command) return word(values.get(Slot<IdnCommand>{row.slot}).order);
+  if (!row.attribute.list) return number_bytes(row, number(drive, row));
+  if (row.selection != IdnSelection::kNone) return list_of(values.table().selected(row.selection), row.capacity);
+  return list_of(content(drive, row), row.capacity);
 }
 
 SoeAnswer<void> IdnDictionary::write_element(const SoeAccess& access, std::span<const std::byte> data) {
@@ -160,11 +161,10 @@ SoeAnswer<void> IdnDictionary::write_value(const IdnRow& row, const SoeAccess& a
   if (!value) return tl::unexpected(value.error());
   if (auto checked = check_value(access.drive, row.idn, *value); !checked) return checked;
   if (row.attribute.command) return command(row, access.drive, bytes::load_le<std::uint16_t>(*value));
-  auto& values = drives_[access.drive];
   if (row.attribute.list) {
-    values.set(Slot<IdnList>{row.slot}, *value);
+    set_content(access.drive, row, *value);
   } else {
-    values.set_raw(row, raw_from_bytes(row.attribute, *value));
+    set_number(access.drive, row, raw_from_bytes(row.attribute, *value));
   }
   written(access.drive, row.idn);
   return {};

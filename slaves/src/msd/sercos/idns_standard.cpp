@@ -102,7 +102,7 @@ constexpr std::array kStandardRows = {
     s(97, "Mask class 2 diagnostic", {}, kBits16, kAlways, {}, kSaved, 1610, "ours"),
     s(98, "Mask class 3 diagnostic", {}, kBits16, kAlways, {}, kSaved, 1616, "ours"),
     s(99, "Reset class 1 diagnostic", {}, kCommand, kAlways, {}, 0, 1617, "command: manual 203-212"),
-    s(100, "Velocity loop proportional gain", "Nm min", kU16, kAlways, {}, kSaved, 1618, "ours"),
+    s(100, "Velocity loop proportional gain", "Nm min", decimals(kU16, 4), kAlways, {}, kSaved, 1618, "ours"),
     s(101, "Velocity loop integral action time", "ms", decimals(kU16, 1), kAlways, {}, kSaved, 1619, "ours"),
     s(103, "Modulo value", "POS", kPosSize, kCp2, {3600000, 1, 2147483648}, kSaved, 1620, "ours"),
     s(104, "Position loop KV-factor", "1000/min", decimals(kU16, 2), kAlways, {}, kSaved, 1621, "ours"),

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "driveline/slaves/idn/idn_values.hpp"
@@ -46,10 +47,41 @@ class IdnDictionary : public SoeParameters {
   /// Called after a value that is no procedure command has been stored.
   virtual void written(std::uint8_t /*drive*/, wire::Idn /*idn*/) {}
 
+  /// \name Where values and units are
+  /// In IdnValues and in the row, unless a device keeps some of them elsewhere.
+  /// @{
+
+  /// Returns the value of a row that is_number(), as bits.
+  [[nodiscard]] virtual std::uint64_t number(std::uint8_t drive, const IdnRow& row) const noexcept {
+    return drives_[drive].raw(row);
+  }
+  /// Stores the value of a row that is_number(), as bits; it has been checked.
+  virtual void set_number(std::uint8_t drive, const IdnRow& row, std::uint64_t raw) noexcept {
+    drives_[drive].set_raw(row, raw);
+  }
+  /// Returns the content of a list or text that does not follow from the table; valid until the next call.
+  [[nodiscard]] virtual std::span<const std::byte> content(std::uint8_t drive, const IdnRow& row) const noexcept {
+    return drives_[drive].get(Slot<IdnList>{row.slot});
+  }
+  /// Stores the content of a list or text, at most as long as its capacity.
+  virtual void set_content(std::uint8_t drive, const IdnRow& row, std::span<const std::byte> content) {
+    drives_[drive].set(Slot<IdnList>{row.slot}, content);
+  }
+  /// Returns the attribute for the master; length, list and command are those of the row.
+  [[nodiscard]] virtual wire::SoeAttribute attribute(std::uint8_t /*drive*/, const IdnRow& row) const noexcept {
+    return row.attribute;
+  }
+  /// Returns the unit for the master; empty: none.
+  [[nodiscard]] virtual std::string unit(std::uint8_t /*drive*/, const IdnRow& row) const {
+    return std::string(row.unit);
+  }
+  /// @}
+
  private:
   /// Capacity of the message queue.
   static constexpr std::size_t kMaxMessages = 16;
 
+  [[nodiscard]] std::vector<std::byte> value_of(std::uint8_t drive, const IdnRow& row) const;
   [[nodiscard]] SoeAnswer<void> write_value(const IdnRow& row, const SoeAccess& access,
                                             std::span<const std::byte> data);
   [[nodiscard]] SoeAnswer<void> command(const IdnRow& row, std::uint8_t drive, std::uint16_t order);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "driveline/slaves/idn/idn_table.hpp"
@@ -15,6 +16,24 @@ struct ServoOneValues : SlotNumbers {
   Slot<std::int32_t> tracking_error{next()};   ///< S-0-0189 and P 279
 };
 inline constexpr ServoOneValues kServoOneValue{};
+
+/// Number of the parameter of the device that a parameter S-0-0000 has: S-0-n is parameter 10000 + n (SERCOS manual
+/// 392).
+inline constexpr std::uint16_t kFirstStandardParameter = 10000;
+
+/// Returns the number of the parameter of the device that an IDN of parameter set 0 addresses: n for P n, 10000 + n for
+/// S-0-n (SERCOS manual 392-400). \rtsafe
+[[nodiscard]] constexpr std::uint16_t parameter_number(wire::Idn idn) noexcept {
+  const auto number = static_cast<std::uint16_t>(idn.raw & 0x0FFFU);
+  return (idn.raw & 0x8000U) != 0 ? number : static_cast<std::uint16_t>(kFirstStandardParameter + number);
+}
+/// Returns the IDN of a parameter of the device; nullopt for numbers that no IDN addresses. \rtsafe
+[[nodiscard]] constexpr std::optional<wire::Idn> idn_of_parameter(std::uint16_t number) noexcept {
+  if (number <= 0x0FFF) return wire::Idn{static_cast<std::uint16_t>(0x8000U | number)};
+  const bool standard = number >= kFirstStandardParameter && number <= kFirstStandardParameter + 0x0FFF;
+  if (!standard) return std::nullopt;
+  return wire::Idn{static_cast<std::uint16_t>(number - kFirstStandardParameter)};
+}
 
 /// Returns the table of the ServoOne's 479 IDNs: the 475 of Table 10.1 of its manual and the four that its text needs
 /// beside them (P 156, 279, 743, 2242). IdnRow::line is a line of the manual. The manual has no types, lengths, limits
