@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "driveline/slaves/msd/core/drive_values.hpp"
+#include "driveline/slaves/msd/sercos/phase_checks.hpp"
 #include "driveline/slaves/msd/sercos/servoone_idns.hpp"
 
 namespace driveline::slaves::msd::sercos {
@@ -86,6 +87,7 @@ ServoOneDictionary::ServoOneDictionary(std::vector<DriveCore*> cores)
     const auto same = std::find_if(links_.begin(), links_.end(), [&](const auto& l) { return &l->table() == &table; });
     links_.push_back(same != links_.end() ? *same : std::make_shared<const CoreLinks>(table));
     weightings_.emplace_back(WeightingSettings{}, weighted_motor(drive));
+    fill_checked_lists(*this, drive);
   }
 }
 
