@@ -1,0 +1,3 @@
+target_sources(driveline_slaves PRIVATE
+  ${CMAKE_CURRENT_LIST_DIR}/motion.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/segment.cpp)
