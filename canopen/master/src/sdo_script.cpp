@@ -32,6 +32,7 @@ void SdoScript::forget_node() {
     lost.waited = options_.answer_timeout;
     return lost;
   };
+  forgotten_until_ = std::max({forgotten_until_, old_answer_until_, transfer_ ? answer_until_ : nanoseconds{0}});
   old_answer_until_ = nanoseconds{0};
   if (!transfer_) return;
   transfer_.reset();
@@ -48,6 +49,7 @@ std::optional<Frame> SdoScript::outgoing() const {
 
 void SdoScript::sent(nanoseconds now) {
   if (!transfer_) return;
+  answer_until_ = now + options_.answer_timeout;
   transfer_->sent(now);
   finish(now);
 }
@@ -76,7 +78,8 @@ bool SdoScript::receive(const Frame& frame, nanoseconds time) {
     return false;
   }
   if (frame.identifier.value != options_.answer.value + node_) return false;
-  if (!expected(frame) && time >= old_answer_until_ && time >= foreign_request_until_) ++unasked_;
+  const auto excused_until = std::max({old_answer_until_, forgotten_until_, foreign_request_until_});
+  if (!expected(frame) && time >= excused_until) ++unasked_;
   if (!transfer_) {
     old_answer_until_ = nanoseconds{0};
     return true;

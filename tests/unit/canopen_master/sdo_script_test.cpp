@@ -81,6 +81,42 @@ TEST_F(SdoScriptTest, ANodeThatStartsAnewDoesNotAnswerWhatWasAskedBefore) {
   EXPECT_EQ(send(), "");
 }
 
+/// The request comes between the start of the node and the arrival of its boot-up message: it is asked again, and
+/// answered twice.
+TEST_F(SdoScriptTest, AnAnswerToWhatWasAskedBeforeTheBootUpMessageShowsNoSecondDevice) {
+  script.read({0x1000, 0}, note("forgotten"));
+  pass(0ms);
+  EXPECT_EQ(send(), "60A#4000100000000000");
+  pass(3ms);
+  script.clear();
+  script.forget_node();
+  script.read({0x1000, 0}, note("type"));
+  script.read({0x1018, 1}, note("vendor"));
+  pass(0ms);
+  EXPECT_EQ(send(), "60A#4000100000000000");
+  answer("58A#4300100092010200");
+  EXPECT_EQ(send(), "60A#4018100100000000");
+  answer("58A#4300100092010200");
+  answer("58A#4318100134000000");
+  EXPECT_THAT(ended, ElementsAre("type", "vendor"));
+  EXPECT_EQ(script.unasked(), 0U);
+}
+
+/// Once the time of an answer is over, the node owes nothing any more.
+TEST_F(SdoScriptTest, ASecondAnswerLongAfterABootUpMessageIsCounted) {
+  script.read({0x1000, 0}, {});
+  pass(0ms);
+  send();
+  script.clear();
+  script.forget_node();
+  pass(49ms);
+  answer("58A#4300100092010200");
+  EXPECT_EQ(script.unasked(), 0U);
+  pass(2ms);
+  answer("58A#4300100092010200");
+  EXPECT_EQ(script.unasked(), 1U);
+}
+
 TEST_F(SdoScriptTest, SecondAnswersAreCounted) {
   script.read({0x1000, 0}, {});
   script.read({0x1001, 0}, note("second"));

@@ -38,7 +38,9 @@ class SdoScript {
   /// A request from outside the script, which runs before everything that was added: an upload, or a download of
   /// `data`.
   void ask(SdoObject object, std::optional<std::vector<std::byte>> data, Then then);
-  /// The node has started anew: it will not answer what was asked before. Requests of ask() fail with kNoAnswer.
+  /// The node has started anew: it will hardly answer what was asked before, so that nothing waits for that. Requests
+  /// of ask() fail with kNoAnswer. A request that the node got after its start, before its boot-up message was seen
+  /// here, is answered nevertheless, within the time of an answer: that does not count as unasked().
   void forget_node();
 
   /// Whether there is nothing to do; requests of ask() do not count.
@@ -82,7 +84,9 @@ class SdoScript {
   bool asked_ = false;                                 ///< the transfer is one of ask()
   SdoObject object_{};                                 ///< object of the transfer
   SdoObject last_{};                                   ///< object of the previous transfer
+  std::chrono::nanoseconds answer_until_{0};           ///< until then the last request may be answered
   std::chrono::nanoseconds old_answer_until_{0};       ///< until then an answer to an abandoned transfer may come
+  std::chrono::nanoseconds forgotten_until_{0};        ///< the same, of what forget_node() has forgotten
   std::chrono::nanoseconds foreign_request_until_{0};  ///< until then an answer may be that to another client
   std::uint64_t unasked_ = 0;
 };
