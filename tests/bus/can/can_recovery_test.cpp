@@ -184,6 +184,13 @@ class CanRecoveryRun {
     return line_.fine(except);
   }
 
+  /// Lets all consequences of the deeds so far show, and lets the line live until all nodes are back. A node that did
+  /// not hear the master leaves Operational as late as its tolerance after that: until then it looks fine.
+  [[nodiscard]] bool come_to_rest() {
+    line_.live(RecoveryLine::kMasterTolerance);
+    return settle();
+  }
+
   /// Several deeds that overlap. The same is not done twice at a time.
   std::string mess() {
     std::vector<Harm> harms;
@@ -207,7 +214,7 @@ class CanRecoveryRun {
   /// Deeds beside which nothing else is done, for so long that they are noticed.
   std::string one_by_one() {
     for (int i = 0; i < 2; ++i) {
-      line_.live(40ms);
+      if (!come_to_rest()) return "is stuck";
       const auto before = line_.history().size();
       auto harm = begin(any_deed());
       line_.live(time(120, 300));
@@ -230,6 +237,7 @@ class CanRecoveryRun {
   /// A node that stays away: the others go on, and it is told as lost, once.
   std::string leave_one_behind() {
     if (pick(0, 2) != 0) return {};
+    if (!come_to_rest()) return "is stuck";
     const auto before = line_.history().size();
     Deed deed;
     deed.kind = DeedKind::kPowerOff;

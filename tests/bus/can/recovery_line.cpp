@@ -138,7 +138,7 @@ void RecoveryLine::add_drive(Variant variant, bool guarded) {
                 {.number = 2, .objects = {{0x60C1, 1, 32}}}};
   node.tpdos = {{.number = 1, .objects = {{0x6041, 0, 16}, {0x6064, 0, 32}}}};
   // The ServoOne consumes no heartbeat, and no node with node guarding does.
-  if (variant == Variant::kMsd && !guarded) node.error_control.master_tolerance = 70ms;
+  if (variant == Variant::kMsd && !guarded) node.error_control.master_tolerance = RecoveryLine::kMasterTolerance;
   plan_.nodes.push_back(node);
   drives_.push_back(&drive->core());
   nodes_.push_back(std::move(drive));
@@ -149,7 +149,7 @@ void RecoveryLine::add_device() {
   auto device = std::make_unique<HarmedDevice>(id);
   bus_.attach(device->device());
   auto node = plan_of(id, false);
-  node.error_control.master_tolerance = 70ms;
+  node.error_control.master_tolerance = RecoveryLine::kMasterTolerance;
   node.startup_sdos = {motion::startup_sdo(0x2000, 0, std::int16_t{-321})};
   node.rpdos = {{.number = 1, .objects = {{0x2002, 0, 32}}}};
   node.tpdos = {{.number = 1, .objects = {{0x2000, 0, 16}, {0x2001, 0, 8}}}};
@@ -227,7 +227,8 @@ std::string RecoveryLine::changed_object() {
     expect(0x1006, 0, static_cast<std::uint64_t>(kPeriod / 1us));
     expect(0x1017, 0, static_cast<std::uint64_t>(control.heartbeat.count()));
     expect(0x100C, 0, static_cast<std::uint64_t>(control.guard_time.count()));
-    if (control.master_tolerance.count() > 0) expect(0x1016, 1, std::uint64_t{kMasterId} << 16U | 70U);
+    if (control.master_tolerance.count() > 0)
+      expect(0x1016, 1, std::uint64_t{kMasterId} << 16U | static_cast<std::uint64_t>(kMasterTolerance.count()));
     expect(0x1A00, 1, plan(i).tpdos[0].objects[0].raw());
     expect(0x1A00, 2, plan(i).tpdos[0].objects[1].raw());
     expect(0x1800, 2, 1);

@@ -63,7 +63,8 @@ class HarmedNode {
 class RecoveryLine {
  public:
   static constexpr nanoseconds kPeriod = milliseconds{4};
-  static constexpr milliseconds kPatience{60};  ///< from the last sign of life of a node until it is lost
+  static constexpr milliseconds kPatience{60};         ///< from the last sign of life of a node until it is lost
+  static constexpr milliseconds kMasterTolerance{70};  ///< of a node that hears the heartbeat of the master
   static constexpr std::uint8_t kFirstNode = 3;
   static constexpr std::uint8_t kMasterId = 126;
 
