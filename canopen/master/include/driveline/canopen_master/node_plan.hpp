@@ -16,7 +16,7 @@ namespace driveline::canopen {
 /// How the master exchanges a PDO.
 enum class PdoExchange : std::uint8_t {
   kWithSync,  ///< once in every SYNC period
-  kOnChange,  ///< when its content changes, and again after PdoPlan::resend
+  kOnChange,  ///< when its content changes, and again within PdoPlan::resend
 };
 
 /// A PDO of a node as the master configures it: communication parameter and mapping (CiA 301 7.5.2.35 to 7.5.2.38).
@@ -25,7 +25,8 @@ struct PdoPlan {
   std::uint16_t identifier = 0;   ///< base identifier; 0: that of the predefined connection set, PDO 1 to 4
   std::uint8_t transmission = 1;  ///< transmission type of the node: sub-index 2 of its communication parameter
   PdoExchange exchange = PdoExchange::kWithSync;  ///< when the PDO is due
-  /// kOnChange, RPDO: time after which unchanged content is sent again.
+  /// kOnChange, RPDO: time within which unchanged content is sent again; the first time earlier, at a place of the
+  /// RPDO.
   std::chrono::nanoseconds resend = std::chrono::milliseconds{100};
   std::optional<std::uint16_t> inhibit_100us{};  ///< TPDO: inhibit time, in 100 us; none: that of the node
   std::optional<std::uint16_t> event_ms{};       ///< TPDO: event timer; none: that of the node
