@@ -24,7 +24,7 @@ using namespace std::chrono_literals;
 namespace {
 
 constexpr auto kPause = 1ms;        // interval of polling
-constexpr auto kLead = 8ms;         // lead of the setpoints over the line: how late this program may be
+constexpr auto kLate = 8ms;         // how late this program may be
 constexpr double kSwing = 0.5;      // rad
 constexpr double kFrequency = 0.5;  // Hz
 
@@ -59,6 +59,9 @@ int main(int count, char** arguments) {
 
   const auto duration = std::chrono::duration<double>(std::atof(arguments[4]));
   const auto step = std::chrono::nanoseconds{1s} / std::clamp(count == 6 ? std::atoi(arguments[5]) : 1000, 10, 8000);
+  // The curve through the setpoints (cubic) needs two of them beyond the present of the line, whose time is known here
+  // as of its last cycle.
+  const auto lead = kLate + 2 * step + std::chrono::nanoseconds{client.line().period_ns};
   const double omega = 2.0 * std::numbers::pi * kFrequency;
   for (std::chrono::nanoseconds time{0}; time < duration;) {
     const auto status = client.status();
@@ -70,7 +73,7 @@ int main(int count, char** arguments) {
     // The line reports its time on the time axis of this program, so nothing drifts, whatever the clocks do.
     const bool streaming = status->state == stream::SessionState::kStreaming;
     const std::chrono::nanoseconds now{streaming ? status->stream_ns : status->newest_ns};
-    for (; time - now < kLead && time < duration; time += step) {
+    for (; time - now < lead && time < duration; time += step) {
       const double angle = omega * std::chrono::duration<double>(time).count();
       const double way = kSwing * (1.0 - std::cos(angle));
       const double velocity = kSwing * omega * std::sin(angle);

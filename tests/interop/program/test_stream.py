@@ -296,17 +296,21 @@ class Stream(ProgramTest):
 
     @undisturbed
     def test_a_program_moves_axes_on_a_can_bus(self):
-        """In this process, in real time: a setpoint of a client is sent behind the next SYNC."""
-        text = LINE.replace("[bus]\n", '[bus]\ntype = "can"\n').replace("cycle_us = 125\n", "cycle_us = 2000\n")
-        self.write("can.toml", f'{text}[stream]\nsocket = "{self.socket}"\nusers = ["{NOBODY}"]\nkeep_alive_ms = {LONG_ALIVE_MS}\n')
-        run = self.start("run", "--config", self.directory / "can.toml", "--no-plots", "--json", log="run.log")
-        self.wait_for("live setpoints", lambda: f"live setpoints of x, y, z at {self.socket}" in self.text("run.log"), run)
-        self.check_client(500)
-        run.send_signal(signal.SIGINT)
-        self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
-        document = self.one_document(self.text("run.log.out"))
-        self.assertEqual((document["faults"], document["state"]), ([], "Operational"))
-        self.assertIn("can", document)
+        """In this process, in real time: a setpoint of a client is sent behind the next SYNC.
+
+        With a setpoint in every period of 4 ms, those that the curve needs beyond the present are 8 ms ahead."""
+        for cycle_us, rate in ((2000, 500), (4000, 250)):
+            with self.subTest(cycle_us=cycle_us, rate=rate):
+                text = LINE.replace("[bus]\n", '[bus]\ntype = "can"\n').replace("cycle_us = 125\n", f"cycle_us = {cycle_us}\n")
+                self.write("can.toml", f'{text}[stream]\nsocket = "{self.socket}"\nusers = ["{NOBODY}"]\nkeep_alive_ms = {LONG_ALIVE_MS}\n')
+                run = self.start("run", "--config", self.directory / "can.toml", "--no-plots", "--json", log="run.log")
+                self.wait_for("live setpoints", lambda: f"live setpoints of x, y, z at {self.socket}" in self.text("run.log"), run)
+                self.check_client(rate)
+                run.send_signal(signal.SIGINT)
+                self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
+                document = self.one_document(self.text("run.log.out"))
+                self.assertEqual((document["faults"], document["state"]), ([], "Operational"))
+                self.assertIn("can", document)
 
 
 if __name__ == "__main__":
