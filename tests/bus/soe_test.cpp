@@ -204,16 +204,6 @@ TEST(SoeOnTheLine, LostFramesCostNothingButTime) {
   }
 }
 
-/// Without object dictionary and PDOs: the drives themselves select their process data.
-esi::DeviceDescription drive_by_idn() {
-  using Use = esi::SyncManager::Use;
-  auto device = soe_device(128);
-  device.mailbox.coe = false;
-  device.sync_managers.push_back({Use::kOutputs, 0x1800, 0, 0, 0, 0x64, true});
-  device.sync_managers.push_back({Use::kInputs, 0x1C00, 0, 0, 0, 0x20, true});
-  return device;
-}
-
 using Objects = std::vector<motion::MappedObject>;
 
 TEST(SoeProcessData, AreThoseOfTheListsOfEachDrive) {

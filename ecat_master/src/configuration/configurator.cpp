@@ -108,6 +108,12 @@ Result<void> read_own_mappings(MailboxEngine& engine, std::span<ConfiguredSlave>
 
 }  // namespace
 
+std::chrono::nanoseconds rise_timeout(const ConfiguredSlave& slave, wire::AlState target) noexcept {
+  const auto& limits = slave.plan.timeouts;
+  const auto planned = target == wire::AlState::kOp ? limits.to_op : limits.to_safe_op;
+  return planned.value_or(slave.info.description.mailbox.soe ? kSoeOpTimeout : kOpTimeout);
+}
+
 Result<SdoScript> coe_script(const ConfiguredSlave& slave, motion::StartupState in) {
   SdoScript script;
   script.position = slave.info.ref.position;
@@ -232,8 +238,8 @@ Result<std::unique_ptr<MailboxClient>> enter_bootstrap(MailboxEngine& engine, co
                                                        device.bootstrap_tx_offset, device.bootstrap_tx_size});
 }
 
-Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves, motion::StartupState in,
-                                StartupNotes& notes) {
+Result<void> write_startup_values(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves,
+                                  motion::StartupState in, StartupNotes& notes) {
   std::vector<SdoScript> scripts;
   for (const auto& slave : slaves) {
     if (!slave.present) continue;
@@ -241,7 +247,8 @@ Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const Configure
     if (!script) return tl::unexpected(script.error());
     if (!script->steps.empty()) scripts.push_back(std::move(*script));
   }
-  return first_failure(run_scripts(engine, scripts, &notes));
+  if (auto done = first_failure(run_scripts(engine, scripts, &notes)); !done) return done;
+  return write_startup_idns(engine, slaves, in);
 }
 
 Result<void> write_watchdogs(Bus& bus, std::span<const ConfiguredSlave> slaves) {
@@ -264,7 +271,7 @@ Result<void> write_watchdogs(Bus& bus, std::span<const ConfiguredSlave> slaves) 
 Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<ConfiguredSlave> slaves,
                                             const LayoutSettings& layout, StartupNotes& notes) {
   auto& bus = engine.bus();
-  if (auto done = write_startup_sdos(engine, slaves, motion::StartupState::kPreOperational, notes); !done)
+  if (auto done = write_startup_values(engine, slaves, motion::StartupState::kPreOperational, notes); !done)
     return tl::unexpected(done.error());
   if (auto done = write_planned_pdos(engine, slaves, notes); !done) return tl::unexpected(done.error());
   if (auto done = read_own_pdos(engine, slaves, notes); !done) return tl::unexpected(done.error());

@@ -53,6 +53,10 @@ class Sentence {
   std::string operator()(const facts::SoeOther& facts) const;
   std::string operator()(const facts::SoeFragments& facts) const;
   std::string operator()(const facts::SoeContent& facts) const;
+  std::string operator()(const facts::SoeForm& facts) const;
+  std::string operator()(const facts::SoeListLength& facts) const;
+  std::string operator()(const facts::SoeLimit& facts) const;
+  std::string operator()(const facts::SoeNotKept& facts) const;
   std::string operator()(const facts::SoeCommandEnded& facts) const;
   std::string operator()(const facts::SoeCommandTimeout& facts) const;
   std::string operator()(const facts::ProcessDataSize& facts) const;

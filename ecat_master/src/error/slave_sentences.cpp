@@ -1,6 +1,7 @@
 // Messages for errors of single slaves: EEPROMs, states, mailboxes, process data.
 #include <fmt/format.h>
 
+#include "driveline/ecat_master/error/soe_display.hpp"
 #include "driveline/wire/mailbox.hpp"
 #include "error/sentence.hpp"
 
@@ -41,11 +42,40 @@ std::string datum_text(const facts::SoeDatum& datum) {
   return fmt::format("{} of drive {}", std::string_view(idn.data(), idn.size()), datum.drive);
 }
 
+/// What a drive lists as invalid: "; S-0-0021 of drive 0 lists S-0-0001".
+std::string invalid_text(const facts::InvalidDatum& invalid) {
+  const auto idn = invalid.idn.text();
+  return fmt::format("; {} lists {}", datum_text({invalid.drive, {invalid.list}}),
+                     std::string_view(idn.data(), idn.size()));
+}
+
 std::string code_text(wire::AlStatusCode code, std::string_view meaning) {
   return fmt::format("AL status code 0x{:04X} ({})", static_cast<std::uint16_t>(code), meaning);
 }
 
 }  // namespace
+
+std::string_view display_text(wire::SoeDisplay display) noexcept {
+  switch (display) {
+    case wire::SoeDisplay::kBinary:
+      return "binary";
+    case wire::SoeDisplay::kUnsigned:
+      return "unsigned";
+    case wire::SoeDisplay::kSigned:
+      return "signed";
+    case wire::SoeDisplay::kHexadecimal:
+      return "hexadecimal";
+    case wire::SoeDisplay::kText:
+      return "text";
+    case wire::SoeDisplay::kIdn:
+      return "IDN";
+    case wire::SoeDisplay::kFloat:
+      return "float";
+    case wire::SoeDisplay::kReserved:
+      break;
+  }
+  return "reserved";
+}
 
 std::string Sentence::operator()(const facts::SiiBusy& facts) const {
   return fmt::format("{}: EEPROM interface stays busy at word 0x{:04X}", who(), facts.word);
@@ -77,10 +107,11 @@ std::string Sentence::operator()(const facts::StateRefused& facts) const {
   // The slave refuses without a code.
   const bool silent = facts.code == wire::AlStatusCode::kNoError;
   // A refusing slave sets the error flag; it may even be in the requested state.
-  return fmt::format("{}: requested {}, is in {} + error, {}{}", who(), wire::to_text(facts.requested),
+  return fmt::format("{}: requested {}, is in {} + error, {}{}{}", who(), wire::to_text(facts.requested),
                      wire::to_text(facts.actual),
                      code_text(facts.code, silent ? "the slave gives no reason" : wire::to_text(facts.code)),
-                     facts.finding ? "; " + describe(*facts.finding) : std::string{});
+                     facts.finding ? "; " + describe(*facts.finding) : std::string{},
+                     facts.invalid.list != 0 ? invalid_text(facts.invalid) : std::string{});
 }
 
 std::string Sentence::operator()(const facts::StateTimeout& facts) const {
@@ -170,6 +201,28 @@ std::string Sentence::operator()(const facts::SoeFragments& facts) const {
 
 std::string Sentence::operator()(const facts::SoeContent& facts) const {
   return fmt::format("{}: the {} bytes of {} do not match its attribute", who(), facts.bytes, datum_text(facts.datum));
+}
+
+std::string Sentence::operator()(const facts::SoeForm& facts) const {
+  return fmt::format("{}: the value for {} does not fit: {} of {} byte{}, {}, is expected", who(),
+                     datum_text(facts.datum), facts.list ? "a list of elements" : "one number", facts.element_bytes,
+                     facts.element_bytes == 1 ? "" : "s", display_text(facts.display));
+}
+
+std::string Sentence::operator()(const facts::SoeListLength& facts) const {
+  return fmt::format("{}: the list for {} has {} bytes, the drive has room for {}", who(), datum_text(facts.datum),
+                     facts.bytes, facts.limit);
+}
+
+std::string Sentence::operator()(const facts::SoeLimit& facts) const {
+  return fmt::format("{}: refused {} for {}, {} limit {}", who(), facts.value, datum_text(facts.datum),
+                     facts.above ? "above its upper" : "below its lower", facts.limit);
+}
+
+std::string Sentence::operator()(const facts::SoeNotKept& facts) const {
+  return fmt::format("{}: {}{} reads back as {} after {} was written", who(),
+                     facts.element == 0 ? std::string{} : fmt::format("element {} of ", facts.element),
+                     datum_text(facts.datum), facts.read, facts.written);
 }
 
 std::string Sentence::operator()(const facts::SoeCommandEnded& facts) const {

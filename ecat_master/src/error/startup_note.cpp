@@ -27,6 +27,23 @@ std::string counted_pdos(std::uint16_t pdos) {
   return pdos == 1 ? std::string("1 PDO") : fmt::format("{} PDOs", pdos);
 }
 
+std::string noted_idn(wire::Idn idn) {
+  const auto text = idn.text();
+  return {text.begin(), text.end()};
+}
+
+/// Value and limits as far as they are known: ": it is 500 us, limits 125 to 64000 us".
+std::string noted_value(const notes::DatumRefusesState& facts) {
+  const auto unit = facts.unit.empty() ? std::string{} : " " + facts.unit;
+  std::string text;
+  if (!facts.value.empty()) text += fmt::format(": it is {}{}", facts.value, unit);
+  if (facts.minimum.empty() && facts.maximum.empty()) return text;
+  text += text.empty() ? ": " : ", ";
+  if (facts.minimum.empty()) return text + fmt::format("upper limit {}{}", facts.maximum, unit);
+  if (facts.maximum.empty()) return text + fmt::format("lower limit {}{}", facts.minimum, unit);
+  return text + fmt::format("limits {} to {}{}", facts.minimum, facts.maximum, unit);
+}
+
 /// Visitor that makes the sentence, without the slave.
 struct NoteSentence {
   std::string operator()(const notes::WriteRefused& facts) const {
@@ -70,6 +87,15 @@ struct NoteSentence {
     return fmt::format("reached {} only after {}, AL status code 0x{:04X} ({})", wire::to_text(facts.state),
                        facts.refusals == 1 ? std::string("a refusal") : fmt::format("{} refusals", facts.refusals),
                        static_cast<std::uint16_t>(facts.code), wire::to_text(facts.code));
+  }
+  std::string operator()(const notes::DatumRefusesState& facts) const {
+    const auto& invalid = facts.invalid;
+    return fmt::format("drive {} lists {}{} in {} as invalid{}{}", invalid.drive, noted_idn(invalid.idn),
+                       facts.name.empty() ? std::string{} : fmt::format(" ({})", facts.name), noted_idn({invalid.list}),
+                       noted_value(facts), facts.further == 0 ? "" : fmt::format("; and {} more", facts.further));
+  }
+  std::string operator()(const notes::DriveDiagnosis& facts) const {
+    return fmt::format("drive {} says in S-0-0095: \"{}\"", facts.drive, facts.text);
   }
 };
 

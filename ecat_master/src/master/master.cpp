@@ -5,6 +5,7 @@
 #include "dc/bring_up.hpp"
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
+#include "driveline/ecat_master/configuration/state_refusal.hpp"
 #include "driveline/ecat_master/dc/sync_objects.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
 #include "master/newcomers.hpp"
@@ -134,10 +135,13 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
   image_ = std::move(*image);
   if (auto done = synchronise_clocks(); !done) return done;
   if (auto done = learn_facts(); !done) return done;
-  if (auto done = raise_to(wire::AlState::kSafeOp); !done) {
-    return tl::unexpected(explain_state_error(bus_, slaves_, image_, done.error()));
-  }
+  if (auto done = raise_to(wire::AlState::kSafeOp); !done) return tl::unexpected(explain(done.error()));
   return {};
+}
+
+/// Adds the causes that the master finds in the slave and that its drives name.
+Error Master::explain(const Error& error) {
+  return explain_by_drives(engine_, slaves_, explain_state_error(bus_, slaves_, image_, error), startup_notes_);
 }
 
 /// Reads the facts of the controllers; slaves that are not on the line are at the end and have none.
@@ -246,7 +250,8 @@ Result<void> Master::raise_to(wire::AlState target) {
   for (const auto& slave : slaves_) {
     if (!slave.present) continue;
     const auto& plan = slave.plan;
-    targets.push_back({slave.info.ref, std::min(plan.timeouts.limit(target, false), settings_.state_timeout),
+    const auto timeout = rise_timeout(slave, target);
+    targets.push_back({slave.info.ref, std::min(timeout, settings_.state_timeout.value_or(timeout)),
                        target == wire::AlState::kSafeOp ? plan.safe_op_retries : StateRetries{0}});
   }
   return first_failure(change_states(bus_, targets, target, &startup_notes_));
@@ -276,9 +281,10 @@ Result<void> Master::go_operational() {
   if (watch_) {
     if (auto done = await_clocks(); !done) return done;
   }
-  if (auto done = write_startup_sdos(engine_, slaves_, motion::StartupState::kSafeOperational, startup_notes_); !done)
+  if (auto done = write_startup_values(engine_, slaves_, motion::StartupState::kSafeOperational, startup_notes_); !done)
     return done;
-  return raise_to(wire::AlState::kOp);
+  if (auto done = raise_to(wire::AlState::kOp); !done) return tl::unexpected(explain(done.error()));
+  return {};
 }
 
 std::optional<MailboxStatusSample> Master::CycleMailboxStatus::mailbox_status(std::uint16_t position) const noexcept {
@@ -327,11 +333,12 @@ Result<void> Master::shut_down() {
     const bool here = slaves_[i].present && (!slaves_[i].plan.hot_connect || al_status_of(i));
     if (here) refs.push_back(refs_[i]);
   }
-  if (runner_) note(lower_state(bus_, refs, wire::AlState::kSafeOp, settings_.state_timeout));
+  const auto timeout = settings_.state_timeout.value_or(kOpTimeout);
+  if (runner_) note(lower_state(bus_, refs, wire::AlState::kSafeOp, timeout));
   stop_cycle();
-  note(lower_state(bus_, refs, wire::AlState::kPreOp, settings_.state_timeout));
+  note(lower_state(bus_, refs, wire::AlState::kPreOp, timeout));
   if (clocks_) note(dc::stop_signals(bus_));
-  note(lower_state(bus_, refs, wire::AlState::kInit, settings_.state_timeout));
+  note(lower_state(bus_, refs, wire::AlState::kInit, timeout));
   return first;
 }
 

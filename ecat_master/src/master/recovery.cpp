@@ -157,16 +157,26 @@ Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_t
     if (auto done = rewrite(bus_, refs_[slave], *changes); !done) return done;
     configured = !needs_configuration(*changes);
   }
-  if (configured && change_state(bus_, ref, AlState::kOp, state_timeout)) return {};
+  const auto to_op = recovery_timeout(slave, AlState::kOp, state_timeout);
+  if (configured && change_state(bus_, ref, AlState::kOp, to_op)) return {};
   if (auto done = reconfigure(slave, state_timeout); !done) {
     if (done.error().is<facts::IdentityMismatch>()) return refuse(slave, done.error());
-    return tl::unexpected(explain_state_error(bus_, slaves_, image_, done.error()));
+    return tl::unexpected(explain(done.error()));
   }
   StartupNotes notes;
-  const auto written = write_startup_sdos(engine_, {&slaves_[slave], 1}, motion::StartupState::kSafeOperational, notes);
+  const auto written =
+      write_startup_values(engine_, {&slaves_[slave], 1}, motion::StartupState::kSafeOperational, notes);
   add_new(startup_notes_, notes);
   if (!written) return written;
-  return change_state(bus_, ref, AlState::kOp, state_timeout);
+  if (auto done = change_state(bus_, ref, AlState::kOp, to_op); !done) return tl::unexpected(explain(done.error()));
+  return {};
+}
+
+/// The drives of a slave with SoE check their parameters whenever it rises, so it gets no less time than at the start.
+std::chrono::nanoseconds Master::recovery_timeout(std::size_t slave, AlState target,
+                                                  std::chrono::nanoseconds timeout) const noexcept {
+  const auto& one = slaves_[slave];
+  return one.info.description.mailbox.soe ? std::max(timeout, rise_timeout(one, target)) : timeout;
 }
 
 Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout) {
@@ -186,7 +196,7 @@ Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds sta
   if (auto done = hand_over_eeproms(bus_, {&one.info, 1}); !done) return done;
   if (auto done = change_state(bus_, ref, AlState::kPreOp, state_timeout); !done) return done;
   StartupNotes notes;
-  auto configured = write_startup_sdos(engine_, {&one, 1}, motion::StartupState::kPreOperational, notes);
+  auto configured = write_startup_values(engine_, {&one, 1}, motion::StartupState::kPreOperational, notes);
   if (configured) configured = restore_pdos(slave, notes);
   add_new(startup_notes_, notes);
   if (!configured) return configured;
@@ -194,7 +204,8 @@ Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds sta
   if (auto done = write_process_data_setup(bus_, {&one, 1}, image_); !done) return done;
   if (auto done = restore_clock(slave); !done) return done;
   if (auto done = restore_registers(slave); !done) return done;
-  const StateTarget target{refs_[slave], state_timeout, one.plan.safe_op_retries};
+  const StateTarget target{refs_[slave], recovery_timeout(slave, AlState::kSafeOp, state_timeout),
+                           one.plan.safe_op_retries};
   StartupNotes refusals;
   auto raised = change_states(bus_, {&target, 1}, AlState::kSafeOp, &refusals).front();
   add_new(startup_notes_, refusals);

@@ -90,6 +90,15 @@ ecat_master::StateTimeouts read_timeouts(TomlReader reader, ecat_master::Mailbox
   return timeouts;
 }
 
+/// Reads the time for SAFEOP and OP that applies where [slave.timeouts] has none.
+void read_state_timeout(TomlReader& slave, ecat_master::StateTimeouts& timeouts) {
+  constexpr std::int64_t kLongestMs = 600'000;
+  if (!slave.has("state_timeout_ms")) return;
+  const std::chrono::milliseconds limit{slave.integer("state_timeout_ms", 1, kLongestMs)};
+  if (!timeouts.to_safe_op) timeouts.to_safe_op = limit;
+  if (!timeouts.to_op) timeouts.to_op = limit;
+}
+
 motion::WriteNeed read_need(TomlReader& reader, std::string_view key) {
   using motion::WriteNeed;
   constexpr std::array kNeeds{WriteNeed::kMandatory, WriteNeed::kOptional, WriteNeed::kOmitted};
@@ -107,6 +116,21 @@ void read_startup(TomlReader reader, SlavePlanConfig& config) {
   reader.finish();
 }
 
+/// Reads bytes in wire order: "0A 00".
+std::vector<std::byte> read_bytes(TomlReader& reader, std::string_view key) {
+  const auto text = reader.text(key);
+  std::vector<std::byte> bytes;
+  std::string_view rest = trimmed(text);
+  while (!rest.empty()) {
+    const auto digits = rest.substr(0, 2);
+    const auto byte = digits.size() == 2 ? parse_number("0x" + std::string(digits), 0xFF) : std::nullopt;
+    if (!byte) reader.fail(key, fmt::format("is \"{}\", expected bytes in hexadecimal like \"0A 00\"", text));
+    bytes.push_back(static_cast<std::byte>(*byte));
+    rest = trimmed(rest.substr(2));
+  }
+  return bytes;
+}
+
 void read_pdo(TomlReader reader, motion::PdoConfiguration& configuration) {
   motion::PdoMapping pdo;
   pdo.index = static_cast<std::uint16_t>(reader.integer("index", 0x1600, 0x1BFF));
@@ -117,6 +141,30 @@ void read_pdo(TomlReader reader, motion::PdoConfiguration& configuration) {
   if (pdo.objects.size() > 255) reader.fail("entries", "are more than 255");
   reader.finish();
   (input ? configuration.inputs : configuration.outputs).push_back(std::move(pdo));
+}
+
+/// The drive must be one of those that the description of the slave counts.
+void check_drive(const TomlReader& reader, const esi::DeviceDescription* device, std::uint8_t drive) {
+  if (device == nullptr) return;
+  if (!device->mailbox.soe) reader.fail("drive", "the slave has no drives: its description has no SoE mailbox");
+  const auto drives = device->mailbox.soe_channels;
+  if (drives == 0 || drive < drives) return;
+  reader.fail("drive", drives == 1 ? std::string("the slave has one drive, 0 is expected")
+                                   : fmt::format("the slave has {} drives, 0 to {} is expected", drives, drives - 1));
+}
+
+/// A number, a text, a list of them, or bytes in wire order.
+void read_value(TomlReader& reader, ecat_master::StartupIdn& idn) {
+  if (reader.has("data") && reader.has("value")) {
+    reader.fail("data", "is set together with value: only one of them is expected");
+  }
+  if (reader.has("data")) {
+    idn.value = read_bytes(reader, "data");
+  } else if (reader.is_list("value")) {
+    idn.value = reader.scalar_texts("value");
+  } else {
+    idn.value = reader.scalar_text("value");
+  }
 }
 
 void read_hot_connect(TomlReader& slave, SlavePlanConfig& config) {
@@ -159,6 +207,24 @@ motion::StartupSdo read_startup_sdo(TomlReader reader) {
   return sdo;
 }
 
+ecat_master::StartupIdn read_startup_idn(TomlReader reader, const esi::DeviceDescription* device) {
+  constexpr std::int64_t kMaxDrive = 7;
+  ecat_master::StartupIdn idn;
+  idn.at.drive = static_cast<std::uint8_t>(reader.integer_or("drive", 0, 0, kMaxDrive));
+  check_drive(reader, device, idn.at.drive);
+  const auto text = reader.text("number");
+  const auto number = wire::Idn::from_text(text);
+  if (!number) reader.fail("number", fmt::format("is \"{}\", expected an IDN like \"S-0-0044\" or \"P-0-3030\"", text));
+  idn.at.idn = *number;
+  const bool to_op = reader.choice_or("transition", 0, {"PS", "SO"}) == 1;
+  idn.in = to_op ? motion::StartupState::kSafeOperational : motion::StartupState::kPreOperational;
+  idn.read_back = reader.boolean_or("read_back", true);
+  idn.place = reader.place("number");
+  read_value(reader, idn);
+  reader.finish();
+  return idn;
+}
+
 motion::MappedObject parse_pdo_entry(const TomlReader& reader, std::string_view text) {
   const auto first = text.find(':');
   const auto second = first == std::string_view::npos ? first : text.find(':', first + 1);
@@ -174,7 +240,7 @@ motion::MappedObject parse_pdo_entry(const TomlReader& reader, std::string_view 
   reader.fail("entries", fmt::format("\"{}\" is not \"index:sub-index:bits\", e.g. \"0x6040:0:16\"", text));
 }
 
-SlavePlanConfig read_slave_plan(TomlReader& slave) {
+SlavePlanConfig read_slave_plan(TomlReader& slave, const esi::DeviceDescription* device) {
   SlavePlanConfig config;
   config.revision = read_rule(slave, "revision");
   config.serial = read_rule(slave, "serial");
@@ -189,8 +255,10 @@ SlavePlanConfig read_slave_plan(TomlReader& slave) {
   read_hot_connect(slave, config);
   config.watchdog = read_watchdogs(slave.table("watchdog"));
   config.timeouts = read_timeouts(slave.table("timeouts"), config.mailbox_timeouts);
+  read_state_timeout(slave, config.timeouts);
   read_startup(slave.table("startup"), config);
   for (auto& sdo : slave.tables("sdo")) config.sdos.push_back(read_startup_sdo(std::move(sdo)));
+  for (auto& idn : slave.tables("idn")) config.idns.push_back(read_startup_idn(std::move(idn), device));
   for (auto& pdo : slave.tables("pdo")) {
     if (!config.pdos) config.pdos.emplace();
     read_pdo(std::move(pdo), *config.pdos);
@@ -216,6 +284,7 @@ void SlavePlanConfig::apply(ecat_master::SlavePlan& plan) const {
     if (motion::object_of_first_drive(sdo.index) == motion::kInterpolationTime) sdo.need = interpolation_time;
   }
   plan.startup_sdos.insert(plan.startup_sdos.end(), sdos.begin(), sdos.end());
+  plan.startup_idns.insert(plan.startup_idns.end(), idns.begin(), idns.end());
   if (pdos) plan.pdos = *pdos;
 }
 

@@ -98,7 +98,7 @@ SlaveConfig read_slave(TomlReader reader, const LineConfig& config, DeviceFiles&
   };
   slave.vendor_id = identity("vendor_id");
   slave.product_code = identity("product_code");
-  slave.plan = read_slave_plan(reader);
+  slave.plan = read_slave_plan(reader, slave.esi.get());
   if (!slave.plan.hot_head.empty()) slave.plan.behind = find_hot_connect_place(reader, slave.plan.hot_head, others);
   if (slave.esi && slave.plan.pdos) {
     ecat_master::complete_pdos(*slave.esi, *slave.plan.pdos);

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <utility>
+#include <variant>
 
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/runtime/event.hpp"
@@ -28,6 +30,24 @@ void tell_problems(const ecat_master::Master& master, Observer& observer) {
     observer.event({events::AliasNotUnique{std::move(duplicate)}});
 }
 
+std::string startup_idn_place(const ecat_master::Error& error, std::span<const ecat_master::ConfiguredSlave> slaves) {
+  using Datum = std::optional<ecat_master::facts::SoeDatum>;
+  const auto datum = std::visit(
+      [](const auto& facts) {
+        if constexpr (requires { Datum(facts.datum); }) return Datum(facts.datum);
+        return Datum{};
+      },
+      error.facts);
+  if (!datum) return {};
+  for (const auto& slave : slaves) {
+    if (slave.info.ref.position != error.slave) continue;
+    for (const auto& idn : slave.plan.startup_idns) {
+      if (idn.at == *datum) return idn.place;
+    }
+  }
+  return {};
+}
+
 Result<void> configure_line(ecat_master::Master& master, const LineConfig* config, Observer& observer) {
   auto plans = config != nullptr ? make_slave_plans(*config) : std::vector<ecat_master::SlavePlan>{};
   auto planned = ecat_master::expected_slaves(plans);
@@ -40,7 +60,8 @@ Result<void> configure_line(ecat_master::Master& master, const LineConfig* confi
     observer.event({events::LineDiffers{master.comparison(), std::move(planned), found_on(master)}});
   auto text = ecat_master::describe_with_findings(master.bus(), master.slaves(), master.image(), done.error());
   if (differences.size() > 1) text += fmt::format("; the first of {} differences", differences.size());
-  return tl::unexpected(Error{ErrorKind::kLine, {}, std::move(text), {}, 0, done.error()});
+  auto place = startup_idn_place(done.error(), master.slaves());
+  return tl::unexpected(Error{ErrorKind::kLine, std::move(place), std::move(text), {}, 0, done.error()});
 }
 
 }  // namespace driveline::runtime

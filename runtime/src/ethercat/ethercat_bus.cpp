@@ -41,8 +41,12 @@ Result<void> EtherCatBus::start(const CycleParts& parts) {
   const auto operational = master_.go_operational();
   tell_startup_notes();
   if (!operational) {
-    return tl::unexpected(
-        Error{ErrorKind::kLine, {}, with_clock_remedy(operational.error()), {}, 0, operational.error()});
+    return tl::unexpected(Error{ErrorKind::kLine,
+                                startup_idn_place(operational.error(), master_.slaves()),
+                                with_clock_remedy(operational.error()),
+                                {},
+                                0,
+                                operational.error()});
   }
   if (auto* watch = master_.clock_watch()) {
     progress(events::ClocksLocked{watch->clocks().reference, master_.clock_follower()->status().ppm});

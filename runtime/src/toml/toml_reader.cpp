@@ -137,6 +137,31 @@ std::string TomlReader::scalar_text(std::string_view key) {
   fail(key, fmt::format("is {}, a string or a number is expected", node == nullptr ? "missing" : type_name(*node)));
 }
 
+bool TomlReader::is_list(std::string_view key) {
+  const auto* node = table_->find(key);
+  return node != nullptr && node->is_array();
+}
+
+std::vector<std::string> TomlReader::scalar_texts(std::string_view key) {
+  const auto* node = table_->find(key);
+  if (node == nullptr || !node->is_array()) {
+    fail(key, fmt::format("is {}, an array is expected", node == nullptr ? "missing" : type_name(*node)));
+  }
+  std::vector<std::string> texts;
+  for (const auto& element : *node->as_array()) {
+    if (element.is_string()) {
+      texts.push_back(element.as_string()->get());
+    } else if (element.is_integer()) {
+      texts.push_back(fmt::format("{}", element.as_integer()->get()));
+    } else if (element.is_floating_point()) {
+      texts.push_back(fmt::format("{}", element.as_floating_point()->get()));
+    } else {
+      fail(key, fmt::format("contains {}, an array of strings and numbers is expected", type_name(element)));
+    }
+  }
+  return texts;
+}
+
 bool TomlReader::holds_texts(std::string_view key) {
   const auto* node = table_->find(key);
   const auto* const array = node == nullptr ? nullptr : node->as_array();

@@ -101,11 +101,12 @@ bool chooses_by_idn(const esi::DeviceDescription& device) noexcept {
   return device.mailbox.soe && !device.mailbox.coe && device.rx_pdos.empty() && device.tx_pdos.empty();
 }
 
-std::unique_ptr<SoeDrives> make_soe(const esi::DeviceDescription& device) {
+std::unique_ptr<SoeDrives> make_soe(const esi::DeviceDescription& device, const GenericOptions& options) {
   if (!device.mailbox.soe) return nullptr;
   const auto drives = std::clamp<std::size_t>(device.mailbox.soe_channels, 1, SoeDrives::kMaxDrives);
   return std::make_unique<SoeDrives>(
-      drives, chooses_by_idn(device) ? SoeDrives::ProcessData::kByLists : SoeDrives::ProcessData::kNone);
+      drives, chooses_by_idn(device) ? SoeDrives::ProcessData::kByLists : SoeDrives::ProcessData::kNone,
+      options.soe_rules);
 }
 
 std::vector<MailboxProtocol*> protocols(const esi::DeviceDescription& device, CoeServer& coe, EoeServer* eoe,
@@ -156,7 +157,7 @@ GenericDevice::GenericDevice(std::shared_ptr<const DeviceModel> model, const Gen
       coe_(dictionary_, *this, coe_options(model_->description())),
       serial_number_(options.serial_number != 0 ? options.serial_number : model_->description().serial_number),
       eoe_(make_eoe(model_->description(), serial_number_)),
-      soe_drives_(make_soe(model_->description())),
+      soe_drives_(make_soe(model_->description(), options)),
       soe_(soe_drives_ ? std::make_unique<SoeServer>(*soe_drives_) : nullptr),
       drives_(model_->table()),
       mapped_by_idn_(chooses_by_idn(model_->description())),
@@ -342,6 +343,8 @@ AlStatusCode GenericDevice::transition(AlState from, AlState to) noexcept {
   if (from == AlState::kPreOp && to == AlState::kSafeOp) {
     if (const auto code = check_assignments(); code != AlStatusCode::kNoError) return code;
   }
+  const bool rises = to > from && (to == AlState::kSafeOp || to == AlState::kOp);
+  if (rises && soe_drives_ && !soe_drives_->check_transition(to)) return kSoeCheckFailed;
   enter_al_state(to);
   return AlStatusCode::kNoError;
 }

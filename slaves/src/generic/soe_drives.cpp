@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <string_view>
+#include <utility>
 
 #include "driveline/bytes/endian.hpp"
 
@@ -37,6 +38,9 @@ struct Values : SlotNumbers {
   Slot<IdnCommand> reset_class1{next()};
   Slot<std::uint16_t> control_word{next()};
   Slot<std::uint16_t> status_word{next()};
+  Slot<IdnList> invalid_for_phase2{next()};
+  Slot<IdnList> invalid_for_phase3{next()};
+  Slot<IdnList> invalid_for_phase4{next()};
 };
 constexpr Values kValue{};
 
@@ -45,6 +49,8 @@ constexpr std::uint16_t kCommunicationFault = 1U << 12;
 constexpr std::uint16_t kNoMasterData = 1U << 4;
 constexpr std::string_view kReady = "ready";
 constexpr std::string_view kFault = "communication fault";
+constexpr std::string_view kCheckFailed = "parameters invalid";
+static_assert(kCheckFailed.size() <= kFault.size(), "S-0-0095 has room for kFault");
 /// CiA 402: communication.
 constexpr std::uint16_t kEmergencyCode = 0x7500;
 constexpr std::uint8_t kCommunicationError = 0x10;
@@ -141,10 +147,35 @@ constexpr std::array kCyclicRows = {
     selection({188}, "IDN list of configurable data in the MDT", IdnSelection::kMdt),
 };
 
-const IdnTable& table_of(SoeDrives::ProcessData process_data) {
+/// Bytes of a list of invalid data.
+constexpr std::size_t kInvalidBytes = 16 * sizeof(wire::Idn::raw);
+
+/// Additional rows of drives with rules.
+constexpr std::array kCheckRows = {
+    in_slot(kValue.invalid_for_phase2,
+            list({21}, "IDN list of invalid operation data for CP2", read_only(kIdns), kInvalidBytes)),
+    in_slot(kValue.invalid_for_phase3,
+            list({22}, "IDN list of invalid operation data for CP3", read_only(kIdns), kInvalidBytes)),
+    in_slot(kValue.invalid_for_phase4,
+            list({23}, "IDN list of invalid operation data for CP4", read_only(kIdns), kInvalidBytes)),
+};
+
+const IdnTable& table_of(SoeDrives::ProcessData process_data, bool checks) {
   static const IdnTable kAtRest({kRowsAtRest}, kValue.end());
   static const IdnTable kCyclic({kRowsAtRest, kCyclicRows}, kValue.end());
-  return process_data == SoeDrives::ProcessData::kByLists ? kCyclic : kAtRest;
+  static const IdnTable kCheckedAtRest({kRowsAtRest, kCheckRows}, kValue.end());
+  static const IdnTable kCheckedCyclic({kRowsAtRest, kCyclicRows, kCheckRows}, kValue.end());
+  const bool cyclic = process_data == SoeDrives::ProcessData::kByLists;
+  if (checks) return cyclic ? kCheckedCyclic : kCheckedAtRest;
+  return cyclic ? kCyclic : kAtRest;
+}
+
+/// Whether the operation datum is a number within the limits of the rule.
+bool fulfils(const IdnValues& values, const SoeRule& rule) noexcept {
+  const auto* row = values.table().find(rule.idn);
+  if (row == nullptr || !is_number(*row)) return false;
+  const auto number = number_from_raw(row->attribute, values.raw(*row));
+  return number >= rule.minimum && number <= rule.maximum;
 }
 
 /// Returns the IDN at the start of a list, and removes it.
@@ -168,8 +199,9 @@ std::size_t size_of(const std::vector<std::vector<const IdnRow*>>& telegrams) no
 
 }  // namespace
 
-SoeDrives::SoeDrives(std::size_t count, ProcessData process_data)
-    : IdnDictionary(std::vector<const IdnTable*>(count, &table_of(process_data))),
+SoeDrives::SoeDrives(std::size_t count, ProcessData process_data, std::vector<SoeRule> rules)
+    : IdnDictionary(std::vector<const IdnTable*>(count, &table_of(process_data, !rules.empty()))),
+      rules_(std::move(rules)),
       resets_over_(count),
       mdts_(count),
       ats_(count) {
@@ -196,6 +228,29 @@ void SoeDrives::set_diagnosis(std::uint8_t drive, std::uint16_t class1, std::uin
   known.set(kValue.class1_diagnostic, class1);
   known.set(kValue.interface_status, interface_status);
   known.set(kValue.diagnostic_message, std::as_bytes(std::span(text)));
+}
+
+bool SoeDrives::check_transition(wire::AlState to) noexcept {
+  bool valid = true;
+  if (rules_.empty()) return valid;
+  for (std::uint8_t drive = 0; has_drive(drive); ++drive) valid = check_drive(drive, to) && valid;
+  return valid;
+}
+
+bool SoeDrives::check_drive(std::uint8_t drive, wire::AlState to) noexcept {
+  auto& known = values(drive);
+  std::array<std::byte, kInvalidBytes> invalid{};
+  std::size_t size = 0;
+  for (const auto& rule : rules_) {
+    if (rule.to != to || fulfils(known, rule) || size == invalid.size()) continue;
+    bytes::store_le(std::span(invalid).subspan(size).first<2>(), rule.idn.raw);
+    size += sizeof(rule.idn.raw);
+  }
+  const auto list = to == wire::AlState::kSafeOp ? kValue.invalid_for_phase2 : kValue.invalid_for_phase3;
+  known.set(list, std::span(invalid).first(size));
+  const auto text = size == 0 ? kReady : kCheckFailed;
+  known.set(kValue.diagnostic_message, std::as_bytes(std::span(text)));
+  return size == 0;
 }
 
 void SoeDrives::communication_failed() noexcept {

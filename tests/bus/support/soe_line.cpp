@@ -28,6 +28,15 @@ esi::DeviceDescription soe_device(std::uint16_t mailbox) {
   return device;
 }
 
+esi::DeviceDescription drive_by_idn() {
+  using Use = esi::SyncManager::Use;
+  auto device = soe_device(128);
+  device.mailbox.coe = false;
+  device.sync_managers.push_back({Use::kOutputs, 0x1800, 0, 0, 0, 0x64, true});
+  device.sync_managers.push_back({Use::kInputs, 0x1C00, 0, 0, 0, 0x20, true});
+  return device;
+}
+
 std::vector<std::byte> as_list(std::span<const std::byte> content) {
   std::vector<std::byte> list(wire::SoeListHeader::kSize + content.size());
   const auto length = static_cast<std::uint16_t>(content.size());
@@ -36,21 +45,37 @@ std::vector<std::byte> as_list(std::span<const std::byte> content) {
   return list;
 }
 
-std::unique_ptr<slaves::SimulatedLine> SoeLine::make(const esi::DeviceDescription& device) {
+std::unique_ptr<slaves::SimulatedLine> SoeLine::make(const esi::DeviceDescription& device,
+                                                     std::vector<slaves::generic::SoeRule> rules) {
   auto model = slaves::generic::DeviceModel::create(device);
   if (!model) throw std::runtime_error(describe(model.error()));
-  std::vector<std::unique_ptr<slaves::Slave>> slaves;
-  for (auto*& made : devices) {
-    auto owned = std::make_unique<GenericDevice>(*model, slaves::generic::GenericOptions{});
-    made = owned.get();
-    slaves.push_back(std::make_unique<slaves::Slave>(std::move(owned), slaves::SlaveOptions{}));
+  std::vector<std::unique_ptr<slaves::Slave>> made;
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    slaves::generic::GenericOptions options;
+    if (i == 1) options.soe_rules = std::move(rules);
+    auto owned = std::make_unique<GenericDevice>(*model, options);
+    devices.at(i) = owned.get();
+    made.push_back(std::make_unique<slaves::Slave>(std::move(owned), slaves::SlaveOptions{}));
+    stations.at(i) = made.back().get();
   }
-  return std::make_unique<slaves::SimulatedLine>(clock, std::move(slaves), slaves::LineOptions{}, std::nullopt);
+  return std::make_unique<slaves::SimulatedLine>(clock, std::move(made), slaves::LineOptions{}, std::nullopt);
 }
 
 std::string SoeLine::to_pre_op() {
   if (const auto found = master.scan(); !found) return sentence(found);
   return sentence(master.enter_pre_op());
+}
+
+std::string SoeLine::to_safe_op(std::vector<ecat_master::SlavePlan> plans) {
+  if (const auto found = master.scan(); !found) return sentence(found);
+  return sentence(master.configure(std::move(plans)));
+}
+
+std::string SoeLine::to_op() {
+  const auto started = master.start_cycle(nullptr, {}, {}, [this](ecat_master::CyclicCore& core) {
+    return std::make_unique<motion::InlineRunner>(core, clock);
+  });
+  return started ? sentence(master.go_operational()) : started.error().message();
 }
 
 }  // namespace driveline::bus_test

@@ -59,6 +59,10 @@ TEST(SlavePlan, WatchdogsAndTimeLimits) {
   EXPECT_EQ(plan.timeouts.back_to_init, milliseconds{4});
   EXPECT_EQ(plan.timeouts.back_to_safe_op, milliseconds{5});
   EXPECT_EQ(plan.mailbox_timeouts, (ecat_master::MailboxTimeouts{milliseconds{6}, milliseconds{7}, milliseconds{0}}));
+  const auto both = parsed("state_timeout_ms = 30000\n[slave.timeouts]\nop_ms = 3\n").timeouts;
+  EXPECT_EQ(both.to_safe_op, milliseconds{30000});
+  EXPECT_EQ(both.to_op, milliseconds{3}) << "the time of the state takes precedence";
+  EXPECT_FALSE(both.to_pre_op);
   EXPECT_FALSE(parsed("").mailbox_timeouts.repeat) << "a quarter of the time-out of the answer";
 }
 
@@ -115,6 +119,29 @@ TEST(SlavePlan, StartupSdosInTheirOrder) {
   EXPECT_TRUE(plan.sdos[1].complete);
   EXPECT_EQ(plan.sdos[1].in, motion::StartupState::kSafeOperational);
   EXPECT_EQ(plan.sdos[1].data.size(), 3U);
+}
+
+TEST(SlavePlan, StartupIdns) {
+  const auto plan = parsed(
+      "[[slave.idn]]\ndrive = 2\nnumber = \"P-0-3030\"\nvalue = 3\ntransition = \"SO\"\nread_back = false\n"
+      "[[slave.idn]]\nnumber = \"S-0-0016\"\nvalue = [\"S-0-0040\", 51, -7]\n"
+      "[[slave.idn]]\nnumber = \"S-0-0142\"\nvalue = \"crane\"\n"
+      "[[slave.idn]]\nnumber = \"S-0-0044\"\ndata = \"0A 1b00\"\n");
+  ASSERT_EQ(plan.idns.size(), 4U);
+  using Idn = ecat_master::StartupIdn;
+  EXPECT_EQ(plan.idns[0].at, (ecat_master::facts::SoeDatum{2, {0x8000 + 3030}}));
+  EXPECT_EQ(std::get<Idn::Single>(plan.idns[0].value), "3");
+  EXPECT_EQ(plan.idns[0].in, motion::StartupState::kSafeOperational);
+  EXPECT_FALSE(plan.idns[0].read_back);
+  EXPECT_EQ(plan.idns[0].place, "line.toml:5: [slave 1.idn 1] number");
+  EXPECT_EQ(std::get<Idn::List>(plan.idns[1].value), (Idn::List{"S-0-0040", "51", "-7"}));
+  EXPECT_EQ(plan.idns[1].in, motion::StartupState::kPreOperational);
+  EXPECT_TRUE(plan.idns[1].read_back);
+  EXPECT_EQ(std::get<Idn::Single>(plan.idns[2].value), "crane");
+  EXPECT_EQ(std::get<Idn::Raw>(plan.idns[3].value), (Idn::Raw{std::byte{0x0A}, std::byte{0x1B}, std::byte{0}}));
+  ecat_master::SlavePlan applied;
+  plan.apply(applied);
+  EXPECT_EQ(applied.startup_idns.size(), 4U);
 }
 
 TEST(SlavePlan, PdosGoWhereTheirIndexBelongs) {
@@ -200,6 +227,16 @@ TEST(SlavePlan, WrongValuesAreNamedWithTheirLine) {
   EXPECT_EQ(refused("[[slave.pdo]]\nindex = 0x1600\nentries = [\"0x6040:16\"]\n"),
             "line.toml:5: [slave 1.pdo 1] entries: \"0x6040:16\" is not \"index:sub-index:bits\", e.g. "
             "\"0x6040:0:16\"");
+  EXPECT_EQ(refused("[[slave.idn]]\nnumber = \"S-0-4096\"\nvalue = 1\n"),
+            "line.toml:4: [slave 1.idn 1] number: is \"S-0-4096\", expected an IDN like \"S-0-0044\" or \"P-0-3030\"");
+  EXPECT_EQ(refused("[[slave.idn]]\nnumber = \"S-0-0044\"\ndata = \"0A 1\"\n"),
+            "line.toml:5: [slave 1.idn 1] data: is \"0A 1\", expected bytes in hexadecimal like \"0A 00\"");
+  EXPECT_EQ(refused("[[slave.idn]]\nnumber = \"S-0-0044\"\nvalue = 1\ndata = \"0A\"\n"),
+            "line.toml:6: [slave 1.idn 1] data: is set together with value: only one of them is expected");
+  EXPECT_THAT(refused("[[slave.idn]]\ndrive = 8\nnumber = \"S-0-0044\"\nvalue = 1\n"),
+              testing::StartsWith("line.toml:4: [slave 1.idn 1] drive: "));
+  EXPECT_THAT(refused("[[slave.idn]]\nnumber = \"S-0-0044\"\nvalue = [true]\n"),
+              testing::StartsWith("line.toml:5: [slave 1.idn 1] value: contains "));
   EXPECT_THAT(refused("[slave.watchdog]\nsm_ms = 1\n"), testing::HasSubstr("sm_ms: unknown key"));
   EXPECT_EQ(
       refused("[slave.startup]\npdo_mapping = \"optionally\"\n"),

@@ -20,12 +20,13 @@ using ErrorFacts = std::variant<
     facts::StateRefused, facts::StateTimeout, facts::NoMailbox, facts::NoBootMailbox, facts::MailboxTimeout,
     facts::MailboxError, facts::MailboxMalformed, facts::SdoAbort, facts::SdoSize, facts::FileRefused,
     facts::FilePacket, facts::FileSize, facts::FileBusy, facts::NoEoe, facts::EoeRefused, facts::SoeRefused,
-    facts::SoeOther, facts::SoeFragments, facts::SoeContent, facts::SoeCommandEnded, facts::SoeCommandTimeout,
-    facts::ProcessDataSize, facts::TooFewFmmus, facts::NoClocks, facts::NoClock, facts::ReferenceWithoutClock,
-    facts::BeforeReference, facts::NoClockMode, facts::NotInPreOp, facts::ContradictingDelays, facts::NoReceiveTimes,
-    facts::StartTimePast, facts::SyncRegister, facts::SyncObject, facts::SyncCycleRange, facts::SyncCycleBase,
-    facts::SyncCycleAndPeriod, facts::SyncShift, facts::Sync1WithoutSync0, facts::Sync1Cycle, facts::Sync1Shift,
-    facts::NoCommonCycle, facts::FrameLead, facts::NotLocked, facts::NotSynchronised>;
+    facts::SoeOther, facts::SoeFragments, facts::SoeContent, facts::SoeForm, facts::SoeListLength, facts::SoeLimit,
+    facts::SoeNotKept, facts::SoeCommandEnded, facts::SoeCommandTimeout, facts::ProcessDataSize, facts::TooFewFmmus,
+    facts::NoClocks, facts::NoClock, facts::ReferenceWithoutClock, facts::BeforeReference, facts::NoClockMode,
+    facts::NotInPreOp, facts::ContradictingDelays, facts::NoReceiveTimes, facts::StartTimePast, facts::SyncRegister,
+    facts::SyncObject, facts::SyncCycleRange, facts::SyncCycleBase, facts::SyncCycleAndPeriod, facts::SyncShift,
+    facts::Sync1WithoutSync0, facts::Sync1Cycle, facts::Sync1Shift, facts::NoCommonCycle, facts::FrameLead,
+    facts::NotLocked, facts::NotSynchronised>;
 
 /// An error with its details; 40 bytes, trivially copyable, made without allocation. `describe()` makes the message.
 ///

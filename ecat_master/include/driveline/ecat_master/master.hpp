@@ -35,9 +35,11 @@ class Master {
  public:
   /// Time-outs and layout of the process data.
   struct Settings {
-    DirectExchange::Settings exchange;                    ///< time-out and retries of frames
-    std::chrono::nanoseconds state_timeout = kOpTimeout;  ///< for SAFEOP and OP, unless the plan has a shorter one
-    LayoutSettings layout{};                              ///< layout of the process data
+    DirectExchange::Settings exchange;  ///< time-out and retries of frames
+    /// Longest time for SAFEOP and OP; empty: rise_timeout() of each slave. When the line is shut down, the time-out of
+    /// each lower state; empty: kOpTimeout.
+    std::optional<std::chrono::nanoseconds> state_timeout{};
+    LayoutSettings layout{};                                            ///< layout of the process data
     std::chrono::nanoseconds clock_timeout = std::chrono::seconds{10};  ///< until the clocks are synchronised
     /// Accept slaves that frames enter at another port than IN. Such a slave has another position on the line than the
     /// cabling suggests, so it is refused by default.
@@ -219,6 +221,9 @@ class Master {
   [[nodiscard]] Result<void> restore_registers(std::size_t slave);
   [[nodiscard]] Result<void> reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout);
   [[nodiscard]] Result<void> raise_to(wire::AlState target);
+  [[nodiscard]] Error explain(const Error& error);
+  [[nodiscard]] std::chrono::nanoseconds recovery_timeout(std::size_t slave, wire::AlState target,
+                                                          std::chrono::nanoseconds timeout) const noexcept;
   [[nodiscard]] Result<void> restore_pdos(std::size_t slave, StartupNotes& notes);
   /// Mailbox status bytes in the process data.
   class CycleMailboxStatus final : public MailboxStatusSource {

@@ -19,6 +19,9 @@ struct AlReport {
 inline constexpr std::chrono::seconds kPreOpTimeout{3};
 /// See kPreOpTimeout; for transitions to SAFEOP and OP.
 inline constexpr std::chrono::seconds kOpTimeout{10};
+/// Default time-out of a slave with an SoE mailbox to SAFEOP and OP: its drives check all their parameters in these
+/// transitions (S-0-0127 and S-0-0128).
+inline constexpr std::chrono::seconds kSoeOpTimeout{20};
 
 /// Pause before a refused state is requested again. Drives that refuse their first SAFEOP reach it a moment later.
 inline constexpr std::chrono::milliseconds kStateRetryPause{100};

@@ -9,6 +9,7 @@
 #include "driveline/ecat_master/discovery/discovery.hpp"
 #include "driveline/ecat_master/discovery/line_comparison.hpp"
 #include "driveline/ecat_master/process_data/process_image.hpp"
+#include "driveline/ecat_master/soe/startup_idn.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
 #include "driveline/motion/cia301/startup_sdo.hpp"
 
@@ -55,6 +56,7 @@ struct SlavePlan {
   /// when the slave refuses a state because it cannot read its EEPROM (StateTarget).
   std::optional<bool> eeprom_to_application{};
   std::vector<motion::StartupSdo> startup_sdos;  ///< in the order of writing
+  std::vector<StartupIdn> startup_idns{};        ///< operation data of its drives, after the SDOs of the same state
   StartupNeeds needs;                            ///< which other writes a slave may refuse
   /// Mapping and assignment, written after the start-up SDOs; for PDOs without objects the slave's mapping is kept and
   /// read.
@@ -88,6 +90,10 @@ struct ConfiguredSlave {
   bool present = true;
 };
 
+/// Time-out of a slave from below to SAFEOP or OP: that of its plan; without one kSoeOpTimeout for a slave with an SoE
+/// mailbox, else kOpTimeout.
+[[nodiscard]] std::chrono::nanoseconds rise_timeout(const ConfiguredSlave& slave, wire::AlState target) noexcept;
+
 /// The identities in the plans, as input of compare_line().
 [[nodiscard]] std::vector<ExpectedSlave> expected_slaves(std::span<const SlavePlan> plans);
 
@@ -120,10 +126,17 @@ struct ConfiguredSlave {
 /// State*, those of the bus.
 [[nodiscard]] Result<std::unique_ptr<MailboxClient>> enter_bootstrap(MailboxEngine& engine, const SlaveInfo& slave);
 
-/// Writes the start-up SDOs planned for a state: each slave's in order, the slaves in parallel. Refused
-/// optional SDOs are added to `notes`. Errors: those of SdoTransfer, NoMailbox.
-[[nodiscard]] Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves,
-                                              motion::StartupState in, StartupNotes& notes);
+/// Writes the start-up SDOs planned for a state, then the operation data of drives (write_startup_idns()): each slave's
+/// in order, the slaves in parallel. Refused optional SDOs are added to `notes`. Errors: those of SdoTransfer and of
+/// write_startup_idns(), NoMailbox.
+[[nodiscard]] Result<void> write_startup_values(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves,
+                                                motion::StartupState in, StartupNotes& notes);
+/// Writes the operation data planned for a state: each slave's in order, the slaves in parallel. A value is encoded as
+/// its attribute says, a list gets the maximum length that the drive tells. What was written is read back. The first
+/// failure ends the writes to a slave. Errors: NoMailbox, those of SoeTransfer, SoeForm, SoeListLength, SoeLimit for a
+/// number that the drive refuses because of its limits, SoeNotKept, SoeCommandEnded, SoeCommandTimeout.
+[[nodiscard]] Result<void> write_startup_idns(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves,
+                                              motion::StartupState in);
 /// Writes the planned watchdog times. Errors: those of the bus.
 [[nodiscard]] Result<void> write_watchdogs(Bus& bus, std::span<const ConfiguredSlave> slaves);
 

@@ -31,6 +31,21 @@ struct ObjectAddress {
   constexpr bool operator==(const ObjectAddress&) const = default;
 };
 
+/// An operation datum of a drive of a slave.
+struct SoeDatum {
+  std::uint8_t drive = 0;  ///< drive of the slave, 0 to 7
+  wire::Idn idn{};         ///< number of the operation datum
+  constexpr bool operator==(const SoeDatum&) const = default;
+};
+/// An operation datum that a drive lists as the reason why it does not change its phase.
+struct InvalidDatum {
+  std::uint8_t drive = 0;  ///< drive of the slave, 0 to 7
+  std::uint8_t list =
+      0;            ///< number of the list: 21, 22 or 23 for S-0-0021, S-0-0022 or S-0-0023; 0: no drive lists any
+  wire::Idn idn{};  ///< the operation datum
+  constexpr bool operator==(const InvalidDatum&) const = default;
+};
+
 // Frames and datagrams.
 
 /// Frames did not return within the retries.
@@ -147,6 +162,7 @@ struct StateRefused {
   wire::AlState actual = wire::AlState::kNone;             ///< actual state
   wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< reason reported by the slave
   std::optional<ConfigurationFinding> finding{};           ///< cause found by the master
+  InvalidDatum invalid{};                                  ///< first cause that a drive of the slave names
 };
 /// A slave did not reach the requested AL state in time.
 struct StateTimeout {
@@ -223,12 +239,6 @@ struct EoeRefused {
 
 // Operation data (SoE).
 
-/// An operation datum of a drive of a slave.
-struct SoeDatum {
-  std::uint8_t drive = 0;  ///< drive of the slave, 0 to 7
-  wire::Idn idn{};         ///< number of the operation datum
-  constexpr bool operator==(const SoeDatum&) const = default;
-};
 /// The slave refused an access to an operation datum.
 struct SoeRefused {
   SoeDatum datum{};       ///< operation datum to be read or written
@@ -249,6 +259,33 @@ struct SoeFragments {
 struct SoeContent {
   SoeDatum datum{};         ///< operation datum read
   std::uint32_t bytes = 0;  ///< bytes received
+};
+/// The planned value of an operation datum has another form than its attribute says.
+struct SoeForm {
+  SoeDatum datum{};                                        ///< operation datum to be written
+  bool list = false;                                       ///< it is a list
+  std::uint8_t element_bytes = 0;                          ///< bytes of the value, or of each element
+  wire::SoeDisplay display = wire::SoeDisplay::kUnsigned;  ///< its display format
+};
+/// The planned list is longer than the drive's list can be.
+struct SoeListLength {
+  SoeDatum datum{};         ///< operation datum to be written
+  std::uint32_t bytes = 0;  ///< bytes of the planned list
+  std::uint32_t limit = 0;  ///< most bytes of the list in the drive
+};
+/// A drive refused a number outside the limits of the operation datum.
+struct SoeLimit {
+  SoeDatum datum{};    ///< operation datum that was written
+  bool above = false;  ///< the number is above `limit`; else below
+  double value = 0.0;  ///< number that was written
+  double limit = 0.0;  ///< limit that the drive tells
+};
+/// A drive accepted a value, but keeps another one.
+struct SoeNotKept {
+  SoeDatum datum{};           ///< operation datum that was written
+  std::uint16_t element = 0;  ///< first element that differs, counted from 0
+  double written = 0.0;       ///< value that was written; 0 where the list has ended
+  double read = 0.0;          ///< value that was read back; 0 where the list has ended
 };
 /// A procedure command has not ended successfully.
 struct SoeCommandEnded {

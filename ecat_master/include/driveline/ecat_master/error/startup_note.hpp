@@ -76,13 +76,31 @@ struct StateReachedLater {
   std::uint8_t refusals = 0;                               ///< number of refusals before
   bool operator==(const StateReachedLater&) const = default;
 };
+/// A drive lists an operation datum as invalid after it refused a state. Texts are empty where the drive has none.
+struct DatumRefusesState {
+  facts::InvalidDatum invalid{};  ///< operation datum, and list that has it
+  std::string name{};             ///< its name
+  std::string value{};            ///< its value as text; conversion factor and decimals are not applied
+  std::string minimum{};          ///< its lower limit as text
+  std::string maximum{};          ///< its upper limit as text
+  std::string unit{};             ///< its unit
+  std::uint16_t further = 0;      ///< number of operation data of the list that are not noted
+  bool operator==(const DatumRefusesState&) const = default;
+};
+/// The diagnostic message of a drive, S-0-0095, after the slave refused a state.
+struct DriveDiagnosis {
+  std::uint8_t drive = 0;  ///< drive of the slave
+  std::string text{};      ///< the message
+  bool operator==(const DriveDiagnosis&) const = default;
+};
 
 }  // namespace notes
 
 /// One of the kinds with its details.
-using NoteFacts = std::variant<notes::WriteRefused, notes::WriteIgnored, notes::PdosFromDescription,
-                               notes::MappingFromDescription, notes::ListEndsEarly, notes::PlannedPdosReplaced,
-                               notes::NothingAssigned, notes::SyncManagerUse, notes::StateReachedLater>;
+using NoteFacts =
+    std::variant<notes::WriteRefused, notes::WriteIgnored, notes::PdosFromDescription, notes::MappingFromDescription,
+                 notes::ListEndsEarly, notes::PlannedPdosReplaced, notes::NothingAssigned, notes::SyncManagerUse,
+                 notes::StateReachedLater, notes::DatumRefusesState, notes::DriveDiagnosis>;
 
 /// Something unusual about a slave that did not stop the start.
 struct StartupNote {

@@ -15,11 +15,14 @@ namespace driveline::runtime {
 ///   hot_connect = "NAME"           (the same, after that slave, in the hot-connect group that it heads)
 ///   revision = ">= 0x00010000"     serial = 4711            (numbers, ">= ..." or "any")
 ///   [slave.watchdog]               process_data_ms, pdi_ms  (0 is off)
+///   state_timeout_ms = 30000       (to SAFEOP and to OP, unless [slave.timeouts] says otherwise)
 ///   [slave.timeouts]               preop_ms, safeop_ms, op_ms, back_to_init_ms, back_to_safeop_ms,
 ///                                  mailbox_request_ms, mailbox_response_ms, mailbox_repeat_ms (0 is never)
 ///   [slave.startup]                sync_objects, interpolation_time, pdo_assignment, pdo_mapping: "mandatory",
 ///                                  "optional" or "omit"; safeop_retries
 ///   [[slave.sdo]]                  index, subindex, type, value, complete, optional, before = "safeop" or "op"
+///   [[slave.idn]]                  drive, number = "S-0-0044", value (number, text, list) or data = "0A 00",
+///                                  transition = "PS" or "SO", read_back
 ///   [[slave.pdo]]                  index, sync_manager, direction = "out" or "in", entries = ["0x6040:0:16", ...]
 struct SlavePlanConfig {
   ecat_master::IdentityRule revision;      ///< accepted revisions
@@ -38,6 +41,7 @@ struct SlavePlanConfig {
   std::optional<bool> lrw;                       ///< false: no LRW for this slave; none: its description decides
   std::optional<bool> eeprom_to_application;     ///< see SlavePlan::eeprom_to_application
   std::vector<motion::StartupSdo> sdos;          ///< in the order of the file
+  std::vector<ecat_master::StartupIdn> idns{};   ///< in the order of the file
   std::optional<motion::PdoConfiguration> pdos;  ///< none: the PDOs that the use of the slave requires
 
   /// Adds these settings to `plan`: start-up SDOs are appended, PDOs replaced, and `interpolation_time` applies to the

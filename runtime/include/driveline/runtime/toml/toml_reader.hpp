@@ -52,6 +52,10 @@ class TomlReader {
                                         std::int64_t maximum);
   /// Returns a string, or a number as text.
   [[nodiscard]] std::string scalar_text(std::string_view key);
+  /// Whether the value of this key is an array.
+  [[nodiscard]] bool is_list(std::string_view key);
+  /// Returns an array of strings and numbers, each as scalar_text() has it.
+  [[nodiscard]] std::vector<std::string> scalar_texts(std::string_view key);
   /// Returns an array of numbers within minimum..maximum.
   [[nodiscard]] std::vector<double> numbers(std::string_view key, double minimum, double maximum);
   /// Returns an array of strings; `fallback` if the key is missing.

@@ -24,6 +24,10 @@ struct ScriptedInput {
 /// Checks whether the input accepts all values of the signal.
 [[nodiscard]] tl::expected<void, SignalValueError> check_signal(const EntryRow& input, const Signal& signal);
 
+/// AL status code of a refused transition when drives have found invalid operation data: one of the vendor's, because
+/// ETG.1020 has none for it.
+inline constexpr auto kSoeCheckFailed = static_cast<wire::AlStatusCode>(0x8127);
+
 /// Options of an individual device.
 struct GenericOptions {
   std::uint32_t serial_number = 0;     ///< 0: serial number of the description
@@ -32,6 +36,9 @@ struct GenericOptions {
   bool distributed_clock = true;
   bool loop_back = true;                ///< inputs repeat outputs
   std::vector<ScriptedInput> inputs{};  ///< inputs that follow a script; the others repeat outputs or stay 0
+  /// Checks of the drives of a device with SoE in the transitions to SAFEOP and OP. A violated one is refused with AL
+  /// status code kSoeCheckFailed.
+  std::vector<SoeRule> soe_rules{};
 };
 
 /// A device simulated from its description (an ESI file or an EEPROM image): identity, sync managers, process data,
