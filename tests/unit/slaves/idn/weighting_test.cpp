@@ -16,7 +16,7 @@ using enum WeightedData;
 constexpr WeightedMotor kMotor{.encoder_increments = 1U << 20U, .rated_torque_nm = 2.4};
 constexpr std::int64_t kTurn = 1 << 20;  ///< increments
 
-/// A type of weighting of one kind of data, with factor and exponent, and what follows.
+/// Type, factor and exponent of a weighting, and the unit that follows.
 struct UnitCase {
   const char* what;
   WeightedData data;

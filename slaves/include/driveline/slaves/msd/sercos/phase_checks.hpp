@@ -9,7 +9,7 @@
 
 namespace driveline::slaves::msd::sercos {
 
-/// Data of one drive that a check looks at.
+/// The drive whose data a check looks at.
 struct CheckedDrive {
   const ServoOneDictionary& idns;  ///< its dictionary
   std::uint8_t drive = 0;          ///< its number
@@ -19,7 +19,7 @@ struct CheckedDrive {
 struct PhaseCheck {
   std::uint8_t phase = 3;                               ///< 3: checked by S-0-0127; 4: by S-0-0128
   wire::Idn idn;                                        ///< the datum that is invalid
-  std::string_view reason{};                            ///< what is wrong with it
+  std::string_view reason{};                            ///< the mistake, as continuation of the number
   bool (*broken)(const CheckedDrive& drive) = nullptr;  ///< whether these settings are invalid
   std::string_view source{};                            ///< lines of the manual; "ours" marks what no source states
 };
@@ -27,7 +27,7 @@ struct PhaseCheck {
 /// An invalid datum and the reason.
 struct InvalidDatum {
   wire::Idn idn;            ///< the datum
-  std::string_view reason;  ///< of PhaseCheck or WeightingRule
+  std::string_view reason;  ///< the mistake, from PhaseCheck or WeightingRule
 };
 
 /// Returns the table of all checks but those of the weighting, which are weighting_rules() and belong to phase 3.

@@ -74,7 +74,7 @@ class ServoOneDictionary : public IdnDictionary {
   [[nodiscard]] std::string user_unit(std::uint8_t drive, WeightedData data) const;
 
   std::vector<DriveCore*> cores_;
-  std::vector<std::shared_ptr<const CoreLinks>> links_;  ///< by drive; of one table the same
+  std::vector<std::shared_ptr<const CoreLinks>> links_;  ///< by drive; drives with the same table share theirs
   std::vector<Weighting> weightings_;
 };
 
