@@ -2,8 +2,8 @@
 import re
 import xml.etree.ElementTree as ElementTree
 
-PAGES = ("docs/features.md", "docs/msd.md", "docs/servoone.md", "docs/sercos.md", "docs/position_servo.md",
-         "docs/canopen.md")
+PAGES = ("docs/features.md", "docs/msd.md", "docs/servoone.md", "docs/sercos.md", "docs/mc7000.md",
+         "docs/position_servo.md", "docs/canopen.md")
 # Reasons for which a test may skip: the machine lacks something. With any other reason the test counts as switched off.
 LACKS = re.compile(r"not permitted|[Pp]ermission denied|no permission|no veth pair|no network namespace|no TAP interfaces|only root|"
                    r"kernel refuses|real-time priority|can neither give up|no file system of its own|cannot be opened|"

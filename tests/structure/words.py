@@ -123,7 +123,7 @@ def running_tests(root):
 
 
 # Pages that list the facts of a manual.
-CHECKLISTS = ("docs/msd.md", "docs/servoone.md", "docs/sercos.md", "docs/position_servo.md")
+CHECKLISTS = ("docs/msd.md", "docs/servoone.md", "docs/sercos.md", "docs/mc7000.md", "docs/position_servo.md")
 
 
 def checklist_errors(root):
