@@ -16,7 +16,7 @@ struct LimitSettings {
   LimitMode software = LimitMode::kOff;  ///< 607Dh:3
   std::int32_t negative = 0;             ///< in counts (607Dh:1)
   std::int32_t positive = 0;             ///< in counts (607Dh:2)
-  LimitMode switches = LimitMode::kOff;  ///< of both limit switches (reconstruction: the same three modes)
+  LimitMode switches = LimitMode::kOff;  ///< reaction to both limit switches (reconstruction)
 };
 
 /// What the axis does in one control period.
