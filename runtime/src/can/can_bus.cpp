@@ -39,6 +39,7 @@ std::vector<motion::Axis> CanBus::make_axes() const {
       continue;
     }
     if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = can_setpoint_delay(config_, axis);
+    axis.loss_is_certain = true;
     // The loss of an optional node does not stop the others.
     if (config_.slaves[axis.slave].can.optional) axis.on_loss = motion::LossPolicy::kContinue;
     axes.emplace_back(axis, master_->image().place(axis.slave), master_->image().configuration(axis.slave));

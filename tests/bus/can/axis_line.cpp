@@ -208,6 +208,7 @@ motion::AxisConfig CanAxisLine::axis(std::size_t place) const {
   config.limits = options_.limits;
   config.supported_modes = kModesOnCan;
   config.follow_bit = true;
+  config.loss_is_certain = true;
   config.setpoint_delay_cycles = options_.setpoint_delay_cycles.value_or(
       motion::can_setpoint_delay_cycles(options_.period, motion::kSplinePeriods));
   return config;

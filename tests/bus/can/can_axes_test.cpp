@@ -261,6 +261,65 @@ class CanSingleLine : public CanAxisLine {
   [[nodiscard]] motion::AxisReport now(std::size_t axis = 0) { return single_axes().axis_report(axis); }
 };
 
+/// What an axis that moves evenly gets instead of its setpoints.
+struct LackRow {
+  const char* what;
+  int refused;       ///< setpoints that the adapter refuses, before the master is away
+  int missed;        ///< periods without a cycle
+  int missed_again;  ///< the same after the next cycles
+  motion::AxisError error;
+};
+
+class CanAbsences : public testing::TestWithParam<LackRow> {};
+
+/// A drive bridges eight setpoints. Behind an absence it lacks one more than periods were missed, because the last
+/// setpoint waited for SYNC (CiA 301 7.2.2.2), which is withheld until there is a new one.
+TEST_P(CanAbsences, AnAxisIsStoppedWhenItsDriveLacksMoreThanItBridges) {
+  const auto& row = GetParam();
+  CanAxesOptions options;
+  options.axes = 2;
+  options.limits = {50.0, 1000.0};
+  CanSingleLine line(options);
+  line.enable();
+  AxisRequest request;
+  request.command = AxisCommand::kMoveVelocity;
+  request.target_si = -30.0;
+  ASSERT_NE(line.single_axes().submit(0, request), 0U);
+  line.run(100ms);
+  ASSERT_EQ(line.now().state, motion::PlcopenState::kContinuousMotion);
+  DemandWatch watch(line.drive(0), options.limits);
+  const auto look = [&] { watch.look(line.clock.now()); };
+  const auto refuse = [&](int count) {
+    line.port().refuse = [](const Frame& frame) { return frame.identifier.value == 0x303; };
+    for (; count > 0; --count, look()) line.cycle();
+    line.port().refuse = nullptr;
+  };
+  const auto stay_away = [&](int periods) {
+    for (int i = 0; i < periods; ++i, look()) line.leave_alone(options.period);
+    line.leave_alone(150us);
+  };
+  const auto missed = line.statistics().missed_periods;
+  refuse(row.refused);
+  for (const int periods : {row.missed, row.missed_again}) {
+    if (periods == 0) continue;
+    stay_away(periods + 1);
+    line.cycle();
+  }
+  for (int i = 0; i < 100; ++i, look()) line.cycle();
+  EXPECT_EQ(static_cast<int>(line.statistics().missed_periods - missed), row.missed + row.missed_again);
+  const bool stopped = row.error != motion::AxisError::kNone;
+  EXPECT_EQ(line.now().state, stopped ? motion::PlcopenState::kErrorStop : motion::PlcopenState::kContinuousMotion);
+  EXPECT_EQ(line.now().error, row.error) << to_text(line.now().error) << ", " << line.drive(0).display();
+  EXPECT_NEAR(line.drive(0).velocity_rad_s(), stopped ? 0.0 : -30.0, 0.3);
+  EXPECT_EQ(watch.finding(), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Rows, CanAbsences,
+                         testing::Values(LackRow{"FivePeriodsBehindRefusals", 3, 5, 0, motion::AxisError::kNone},
+                                         LackRow{"SixPeriodsBehindRefusals", 3, 6, 0, motion::AxisError::kMasterAway},
+                                         LackRow{"TwiceThreePeriods", 0, 3, 3, motion::AxisError::kNone}),
+                         [](const auto& row) { return row.param.what; });
+
 TEST(CanAxes, MoveByRequests) {
   CanSingleLine line({.axes = 3});
   for (std::size_t axis = 0; axis < 3; ++axis) line.enable(axis);

@@ -20,9 +20,12 @@ AxisConfig supplied(Mode mode) {
   return config;
 }
 
-/// Setpoints at 10 rad/s, accelerating with 600 rad/s^2; it is unknown whether the last one has reached the drive.
-SetpointSupply accelerating(Mode mode) {
-  SetpointSupply supply(supplied(mode), kSupplyPeriod);
+/// Setpoints at 10 rad/s, accelerating with 600 rad/s^2; it is unknown whether the last one has reached the drive, or
+/// it has `certain`ly not.
+SetpointSupply accelerating(Mode mode, bool certain = false) {
+  auto config = supplied(mode);
+  config.loss_is_certain = certain;
+  SetpointSupply supply(config, kSupplyPeriod);
   double position = 0.0;
   double velocity = 10.0;
   for (int i = 0; i < 4; ++i) {
@@ -39,6 +42,67 @@ TEST(SetpointSupply, ADriveThatFollowsPositionsIsMetWhereItGoesWithoutTheLastOne
   const auto next = supply.bridge();
   EXPECT_LT(next.velocity, supply.sent_velocity());
   EXPECT_GE(next.velocity, supply.sent_velocity() - 1000.0 * kSupplyPeriod);
+}
+
+/// On CAN the drive cannot have a setpoint that the adapter refused. A step towards that one would leave a way to be
+/// caught up with at top speed; here the drive sees the velocity that it has, however many setpoints are refused.
+TEST(SetpointSupply, ADriveThatHasCertainlyNotGotTheLastOneIsMetExactlyWhereItGoes) {
+  auto supply = accelerating(Mode::kCyclicPosition, true);
+  const double velocity = 10.0 + 3 * 600.0 * kSupplyPeriod;
+  for (int refused = 1; refused <= 4; ++refused) {
+    EXPECT_NEAR(supply.sent_velocity(), velocity, 1e-9) << "refused: " << refused;
+    const auto next = supply.bridge();
+    EXPECT_NEAR(next.velocity, velocity, 1e-9) << "refused: " << refused;
+    EXPECT_NEAR(next.position - supply.sent(), velocity * kSupplyPeriod, 1e-12) << "refused: " << refused;
+    supply.set_reached(false);
+    supply.note(next, Mode::kCyclicPosition);
+  }
+}
+
+/// A drive bridges so many setpoints and no more, whether they were refused or the master was away.
+TEST(SetpointSupply, CountsWhatTheDriveCertainlyLacks) {
+  auto supply = accelerating(Mode::kCyclicPosition, true);
+  EXPECT_EQ(supply.lacking(), 1);
+  supply.skip(5, Mode::kCyclicPosition);
+  EXPECT_EQ(supply.lacking(), 6);
+  supply.set_reached(false);
+  supply.note(supply.bridge(), Mode::kCyclicPosition);
+  EXPECT_EQ(supply.lacking(), 7);
+  supply.set_reached(true);
+  supply.note(supply.bridge(), Mode::kCyclicPosition);
+  EXPECT_EQ(supply.lacking(), 0);
+}
+
+/// On CAN it waited for the next SYNC, which has not come: the drive has gone on from the setpoint before.
+TEST(SetpointSupply, TheLastSetpointBeforeMissedPeriodsHasNotTakenEffect) {
+  auto config = supplied(Mode::kCyclicPosition);
+  config.loss_is_certain = true;
+  SetpointSupply supply(config, kSupplyPeriod);
+  supply.start_from({0.0, 10.0, 0.0});
+  double position = 0.0;
+  for (const double velocity : {10.0, 9.9, 9.8}) {
+    position += velocity * kSupplyPeriod;
+    supply.note({position, velocity, 0.0}, Mode::kCyclicPosition);
+  }
+  const double before = position - 9.8 * kSupplyPeriod;
+  supply.skip(3, Mode::kCyclicPosition);
+  EXPECT_EQ(supply.lacking(), 4);
+  EXPECT_NEAR(supply.sent(), before + 4 * 9.9 * kSupplyPeriod, 1e-12);
+  EXPECT_NEAR(supply.bridge().velocity, 9.9, 1e-9);
+}
+
+/// An answer that is missing on EtherCAT says nothing about the setpoint.
+TEST(SetpointSupply, CountsNothingThatTheDriveMayHave) {
+  auto supply = accelerating(Mode::kCyclicPosition);
+  supply.skip(5, Mode::kCyclicPosition);
+  EXPECT_EQ(supply.lacking(), 0);
+}
+
+/// What was refused is not where the axis is: the way back begins where the drive has gone.
+TEST(SetpointSupply, AfterARefusedSetpointTheAxisIsWhereItsDriveHasGone) {
+  const auto lost = accelerating(Mode::kCyclicPosition, true);
+  const auto unknown = accelerating(Mode::kCyclicPosition);
+  EXPECT_NEAR(unknown.sent() - lost.sent(), 600.0 * kSupplyPeriod * kSupplyPeriod, 1e-12);
 }
 
 /// The drive holds the last velocity or the previous one: both are a step away, and braking would add another step.

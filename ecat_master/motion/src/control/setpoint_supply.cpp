@@ -25,6 +25,7 @@ SetpointSupply::SetpointSupply(const AxisConfig& axis, double period_s, std::uin
       max_velocity_(axis.limits.max_velocity),
       max_acceleration_(axis.limits.max_acceleration),
       period_s_(period_s),
+      certain_(axis.loss_is_certain && divider == 1),
       divider_(divider) {}
 
 bool SetpointSupply::by_exchanges() const noexcept {
@@ -35,10 +36,14 @@ void SetpointSupply::set_mode(cia402::Mode mode) noexcept {
   mode_ = mode;
   coast_ = coast_of(mode, max_acceleration_, divider_);
   coast_.give(sent_, sent_velocity_, held_acceleration());
+  before_ = coast_;
 }
 
 void SetpointSupply::note(const trajectory::AxisSetpoint& sent, cia402::Mode mode) noexcept {
   if (mode != mode_) set_mode(mode);
+  if (certain_ && !reached_) return note_lost();
+  lacking_ = 0;
+  before_ = coast_;
   // A drive that holds its velocity was commanded that velocity, wherever the previous setpoint was.
   sent_velocity_ = cia402::by_position(mode_) ? (sent.position - sent_) / period_s_ : sent.velocity;
   sent_ = sent.position;
@@ -49,6 +54,16 @@ void SetpointSupply::note(const trajectory::AxisSetpoint& sent, cia402::Mode mod
   } else {
     coast_.step(period_s_);
   }
+}
+
+/// The drive goes on without the setpoint, so that the next one continues from there: a step that also had to fit the
+/// lost one would leave part of the way of the drive to be caught up with.
+void SetpointSupply::note_lost() noexcept {
+  ++lacking_;
+  coast_.step(period_s_);
+  sent_ = coast_.position();
+  sent_velocity_ = coast_.velocity();
+  sent_acceleration_ = held_acceleration();
 }
 
 /// Records the setpoint of an exchange: the only ones from which a drive takes its velocity.
@@ -73,12 +88,19 @@ void SetpointSupply::start_from(const trajectory::AxisSetpoint& from) noexcept {
   sent_velocity_ = from.velocity;
   sent_acceleration_ = from.acceleration;
   coast_.give(sent_, sent_velocity_, held_acceleration());
+  before_ = coast_;
   expect_from_coast();
 }
 
 void SetpointSupply::skip(std::int64_t missed, cia402::Mode mode) noexcept {
   if (mode != mode_) set_mode(mode);
+  if (certain_ && reached_) {
+    // The last setpoint has been sent, and waits for a SYNC that has not come.
+    coast_ = before_;
+    note_lost();
+  }
   coast_.skip(missed, period_s_);
+  lacking_ += missed;
   sent_ = coast_.position();
   sent_velocity_ = coast_.velocity();
   since_ += static_cast<std::uint32_t>(missed % divider_);

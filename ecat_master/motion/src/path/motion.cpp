@@ -218,7 +218,8 @@ void Motion::watch_axis(std::size_t axis, std::int64_t cycle) noexcept {
     if (absences_[axis].presence == AxisPresence::kMissing || absences_[axis].presence == AxisPresence::kEnabling)
       return;
   }
-  if (lost(axis)) return fail(all_lost_with(axis) ? Cause::kCommunication : Cause::kAxisLost, axis, cycle);
+  if (lost(axis) || too_long(axis, 0))
+    return fail(all_lost_with(axis) ? Cause::kCommunication : Cause::kAxisLost, axis, cycle);
   if (axes_[axis].fault() || axes_[axis].reports_fault()) return fail(Cause::kAxisFault, axis, cycle);
   if (!axes_[axis].enabled()) return fail(Cause::kAxisLost, axis, cycle);
   watch_following(axis, cycle);

@@ -80,9 +80,10 @@ void Motion::tell_path_late() noexcept {
   path_late_shared_.store(std::llround(source_->behind_s() * 1e9), std::memory_order_relaxed);
 }
 
-/// Whether an absence of the master is so long that the position of the drive cannot be predicted.
+/// Whether an absence of the master is so long that the position of the drive cannot be predicted. What the drive
+/// lacked before counts, too: behind an absence on CAN the setpoint of the period before has not taken effect either.
 bool Motion::too_long(std::size_t axis, std::int64_t missed) const noexcept {
-  return missed > std::int64_t{lost_limits_[axis]} * axes_[axis].divider();
+  return missed + supplies_[axis].given.lacking() > std::int64_t{lost_limits_[axis]} * axes_[axis].divider();
 }
 
 AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept {

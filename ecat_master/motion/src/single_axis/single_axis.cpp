@@ -137,7 +137,7 @@ void SingleAxis::watch_enabling() noexcept {
 }
 
 void SingleAxis::watch_power() noexcept {
-  if (lost()) return fail(AxisError::kLost);
+  if (lost() || too_long(0)) return fail(AxisError::kLost);
   if (axis_->fault() || axis_->reports_fault())
     return fail(homing_has_failed() ? AxisError::kHoming : AxisError::kFault);
   if (!axis_->enabled()) return fail(AxisError::kLost);

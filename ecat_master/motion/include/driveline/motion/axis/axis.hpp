@@ -88,6 +88,12 @@ struct AxisConfig {
   /// The drive reports by bit 12 of its status word that it follows setpoints (CiA 402-2). After switching the axis on,
   /// the master waits for this bit, because the drive opens its brake first. False: Operation enabled is sufficient.
   bool follow_bit = false;
+  /// The bus knows of each setpoint whether it was sent, so that the drive certainly lacks one that counts as not
+  /// taken: on CAN, where a frame that was sent has arrived, and one that the adapter refused has never been sent. A
+  /// setpoint takes effect in the next period there, with SYNC (CiA 301 7.2.2.2), so that one that was sent before
+  /// missed periods has not done so.
+  /// False: the drive may have it nevertheless, because an EtherCAT frame may be lost on its way back.
+  bool loss_is_certain = false;
   LossPolicy on_loss = LossPolicy::kStop;  ///< reaction when the drive exchanges no valid process data
 
   /// Loops closed by the master in CSV and CST, where the drive has no position loop of its own.

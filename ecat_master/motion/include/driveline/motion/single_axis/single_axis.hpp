@@ -330,8 +330,10 @@ class SingleAxis {
   [[nodiscard]] bool powered() const noexcept { return power_.phase == Power::kOn || power_.phase == Power::kResting; }
   [[nodiscard]] bool off() const noexcept;
   [[nodiscard]] bool lost() const noexcept { return exchange_.bad >= exchange_.limit; }
+  /// Whether the drive brakes on its own after `missed` periods. What it lacked before counts, too: behind an absence
+  /// on CAN the setpoint of the period before has not taken effect either.
   [[nodiscard]] bool too_long(std::int64_t missed) const noexcept {
-    return missed > std::int64_t{exchange_.limit} * axis_->divider();
+    return missed + supply_.lacking() > std::int64_t{exchange_.limit} * axis_->divider();
   }
   [[nodiscard]] bool exceeded(std::int64_t since, std::chrono::nanoseconds limit) const noexcept;
   [[nodiscard]] cia402::Goal goal() const noexcept;
