@@ -54,8 +54,9 @@ def foreign(root, folders):
     return errors
 
 
-# What belongs to the drive profile CiA 402: its words, modes and setpoint objects.
+# What belongs to one of the drive profiles: words, modes and setpoint objects of CiA 402, everything of SERCOS.
 PROFILE = re.compile(r"\b(?:control_word::|status_word::|OperationMode|ModeControl|Cia402Profile|factor_group|"
+                     r"Sercos\w*|kSercosValue|master_control::|drive_status::|positioning::|"
                      r"kValue\.(?:control_word|status_word|mode|mode_display|target_\w+|interpolation_data|"
                      r"velocity_offset|torque_offset|touch_probe_function|touch_probe_variant|quick_stop_option|polarity)\b)")
 
@@ -67,7 +68,7 @@ def profile_outside(root):
     for folder in CORE:
         for path in sorted((root / folder).rglob("*.[ch]pp")):
             parts = path.relative_to(root / folder)
-            if parts.parts[0] in ("cia402", "profile") or parts.name.startswith("table_"):
+            if parts.parts[0] in ("cia402", "sercos", "profile") or parts.name.startswith("table_"):
                 continue
             for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
                 if PROFILE.search(line.split("//")[0]):
@@ -90,7 +91,8 @@ class DriveCore(unittest.TestCase):
             (root / CORE[1] / "display.cpp").write_text("int a;\nreturn status_word::kWarning;  // OperationMode\n",
                                                         encoding="utf-8")
             (root / CORE[1] / "cia402/profile.cpp").write_text("OperationMode mode;\n", encoding="utf-8")
-            self.assertEqual(profile_outside(root), [f"{CORE[1]}/display.cpp:2"])
+            (root / CORE[1] / "faults.cpp").write_text("SercosProfile profile;\n", encoding="utf-8")
+            self.assertEqual(profile_outside(root), [f"{CORE[1]}/display.cpp:2", f"{CORE[1]}/faults.cpp:1"])
 
     def test_the_dictionary_knows_no_ethercat(self):
         self.assertEqual(foreign(ROOT, DICTIONARY), [])
