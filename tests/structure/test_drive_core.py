@@ -56,7 +56,7 @@ def foreign(root, folders):
 
 # What belongs to one of the drive profiles: words, modes and setpoint objects of CiA 402, everything of SERCOS.
 PROFILE = re.compile(r"\b(?:control_word::|status_word::|OperationMode|ModeControl|Cia402Profile|factor_group|"
-                     r"Sercos\w*|kSercosValue|master_control::|drive_status::|positioning::|"
+                     r"Sercos\w*|kSercosValue|master_control::|drive_status::|positioning::|interface_status::|"
                      r"kValue\.(?:control_word|status_word|mode|mode_display|target_\w+|interpolation_data|"
                      r"velocity_offset|torque_offset|touch_probe_function|touch_probe_variant|quick_stop_option|polarity)\b)")
 

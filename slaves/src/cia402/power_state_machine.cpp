@@ -3,9 +3,13 @@
 namespace driveline::slaves {
 namespace {
 
-/// Returns the command for option codes 605Ah and 605Eh: 0 disable, 1 slow down ramp, 2 quick stop ramp, 3 current
-/// limit, 4 voltage limit; 605Ah also has 5..8 with the reactions of 1..4.
-MotionCommand braking(std::int16_t code) noexcept {
+bool stays_in_quick_stop(std::int16_t code) noexcept {
+  return code >= 5 && code <= 8;
+}
+
+}  // namespace
+
+MotionCommand braking_command(std::int16_t code) noexcept {
   switch (code) {
     case 1:
     case 5:
@@ -22,12 +26,6 @@ MotionCommand braking(std::int16_t code) noexcept {
       return MotionCommand::kOff;
   }
 }
-
-bool stays_in_quick_stop(std::int16_t code) noexcept {
-  return code >= 5 && code <= 8;
-}
-
-}  // namespace
 
 void PowerStateMachine::enter(PowerState state, MotionCommand motion) noexcept {
   state_ = state;
@@ -54,10 +52,10 @@ void PowerStateMachine::step_operation_enabled(PowerCommand command, const Optio
     case PowerCommand::kDisableVoltage:  // transition 9
       return enter(PowerState::kSwitchOnDisabled, MotionCommand::kOff);
     case PowerCommand::kQuickStop:  // transition 11
-      return enter(PowerState::kQuickStopActive, braking(options.quick_stop));
+      return enter(PowerState::kQuickStopActive, braking_command(options.quick_stop));
     case PowerCommand::kShutdown:  // transition 8
       if (stopping_) return;
-      return stop_then(PowerState::kReadyToSwitchOn, options.shutdown == -1  ? braking(options.quick_stop)
+      return stop_then(PowerState::kReadyToSwitchOn, options.shutdown == -1  ? braking_command(options.quick_stop)
                                                      : options.shutdown == 1 ? MotionCommand::kSlowDownRamp
                                                                              : MotionCommand::kOff);
     case PowerCommand::kSwitchOn:  // transition 5
@@ -141,7 +139,7 @@ void PowerStateMachine::fault(const OptionCodes& options, bool coast) noexcept {
   enter(PowerState::kFaultReactionActive, MotionCommand::kOff);
   if (!was_on || coast) return;
   if (options.fault_reaction >= 0) {
-    motion_ = braking(options.fault_reaction);
+    motion_ = braking_command(options.fault_reaction);
     return;
   }
   motion_ = MotionCommand::kFollow;

@@ -14,13 +14,14 @@ constexpr nanoseconds kMaxCatchUp = std::chrono::seconds{10};
 
 }  // namespace
 
-DriveCore::DriveCore(const MsdParameters& parameters, const DictionaryTable& table, DriveBus& bus)
+DriveCore::DriveCore(const MsdParameters& parameters, const DictionaryTable& table, DriveBus& bus, ProfileKind profile)
     : bus_(&bus),
       dictionary_(table),
       motion_(parameters.motor, parameters.initial_position_rad),
       store_(table, parameters, motion_.motor()),
       machine_(parameters, terminals_, motion_.motor(), *this),
       protection_(dictionary_, motion_, parameters),
+      control_(dictionary_, terminals_, motion_, profile),
       homing_time_out_(parameters.homing_time_out),
       operating_hours_(parameters.operating_hours),
       mains_volts_(parameters.dc_link_volts) {}
@@ -53,13 +54,16 @@ void DriveCore::apply_settings() noexcept {
   const Scaling scaling = initialise ? control_.profile().initialise_units(motor.parameters().encoder_increments)
                                      : motion_.settings().scaling;
   follow_motor_data(dictionary_);
-  motion_.configure(motion_settings(dictionary_, motor, variant(), scaling));
+  MotionSettings settings = motion_settings(dictionary_, motor, variant(), scaling);
+  control_.profile().complete(settings);
+  motion_.configure(settings);
   control_.prepare_setpoints();  // in the units that are in effect now
   terminals_.configure(dictionary_);
   protection_.configure();
 }
 
 void DriveCore::enter_network_state(NetworkState state) noexcept {
+  disturb();
   network_state_ = state;
   dictionary_.set(kValue.nmt_state, static_cast<std::uint8_t>(starting() ? NetworkState::kBootUp : state));
   monitor_.restart_rhythm(clock_.cycles());
@@ -172,6 +176,7 @@ void DriveCore::step_control() noexcept {
     apply_settings();
   }
   control_.order(running_time());
+  if (const auto found = control_.profile().takes_fault()) raise(*found);
 }
 
 void DriveCore::step_outputs() noexcept {

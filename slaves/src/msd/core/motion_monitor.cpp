@@ -29,7 +29,7 @@ std::optional<Fault> MotionMonitor::limit_switch(const InputSignals& signals, bo
 }
 
 bool MotionMonitor::wrong_cycle() const noexcept {
-  return rhythm_.wrong() || !timing_valid(*dictionary_);
+  return rhythm_.wrong() || (motion_->settings().cycle_by_objects && !timing_valid(*dictionary_));
 }
 
 /// Setpoints are interpolated over another time than that of their arrival (MSD manual 7.4.2, 11.2).

@@ -23,7 +23,13 @@ target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/protection.cpp
   ${CMAKE_CURRENT_LIST_DIR}/scaling.cpp
   ${CMAKE_CURRENT_LIST_DIR}/scripted_machine.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/sercos/sercos_limits.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/sercos/sercos_modes.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/sercos/sercos_profile.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/sercos/sercos_scale.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/sercos/sercos_states.cpp
   ${CMAKE_CURRENT_LIST_DIR}/sercos/table_sercos.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/sercos/weighting.cpp
   ${CMAKE_CURRENT_LIST_DIR}/table_functions.cpp
   ${CMAKE_CURRENT_LIST_DIR}/table_identity.cpp
   ${CMAKE_CURRENT_LIST_DIR}/table_modes.cpp

@@ -3,9 +3,8 @@
 
 #include <set>
 
-#include "driveline/slaves/msd/core/sercos/sercos_values.hpp"
 #include "driveline/slaves/msd/sercos/servoone_idns.hpp"
-#include "driveline/slaves/od/object_dictionary.hpp"
+#include "sercos_rig.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
@@ -13,11 +12,6 @@ namespace {
 constexpr std::uint16_t kFirstParameter = 0x2000;
 constexpr std::uint16_t kFirstStandard = kFirstParameter + 10000;
 constexpr std::uint16_t kProduct = 0x8000;
-
-const DictionaryTable& sercos_table() {
-  static const DictionaryTable kTable({sercos_drive_rows(Variant::kServoOne)}, kSercosValue.end());
-  return kTable;
-}
 
 bool of_sercos(const EntryRow& row) {
   return !is_string(row.type) && row.slot >= kValue.end() && row.slot < kSercosValue.end();

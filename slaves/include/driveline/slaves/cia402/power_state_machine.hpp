@@ -51,6 +51,10 @@ enum class MotionCommand : std::uint8_t {
   kTorqueLimit,    ///< brake with the maximum torque (current limit; the voltage limit has the same effect here)
 };
 
+/// Returns the command for option codes 605Ah and 605Eh: 0 disable, 1 slow down ramp, 2 quick stop ramp, 3 current
+/// limit, 4 voltage limit; 605Ah also has 5..8 with the reactions of 1..4. \rtsafe
+[[nodiscard]] MotionCommand braking_command(std::int16_t code) noexcept;
+
 /// Option codes 605Ah-605Ch and 605Eh with P 154 (MSD manual Table 10.3).
 struct OptionCodes {
   std::int16_t quick_stop = 2;                         ///< 605Ah

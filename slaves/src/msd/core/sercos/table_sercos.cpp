@@ -104,7 +104,7 @@ constexpr std::array kProductRows = {
     element(p(168), 0, kStored, kSercosValue.jog_speeds[0], "Fast jogging speed", {}, "SPEED", "line 520"),
     element(p(168), 1, kStored, kSercosValue.jog_speeds[1], "Slow jogging speed", {}, "SPEED", "line 520"),
     share(328, kSercosValue.speed_share, "Speed limit", "line 942"),
-    share(329, kSercosValue.torque_share, "Torque limit", "line 926"),
+    variable(p(329), kStored, kSercosValue.torque_share, "Torque limit", {300, 0, 1000}, "%", "line 926"),
     share(330, kSercosValue.negative_torque_share, "Negative torque limit", "line 926"),
     share(331, kSercosValue.positive_torque_share, "Positive torque limit", "line 927"),
     share(332, kSercosValue.online_torque_share, "Online torque limit", "line 926"),

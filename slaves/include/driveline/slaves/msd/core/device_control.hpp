@@ -15,11 +15,12 @@ namespace driveline::slaves::msd {
 class DeviceControl {
  public:
   /// All references must outlive this.
-  DeviceControl(ObjectDictionary& dictionary, const Terminals& terminals, DriveMotion& motion) noexcept
+  DeviceControl(ObjectDictionary& dictionary, const Terminals& terminals, DriveMotion& motion,
+                ProfileKind profile) noexcept
       : dictionary_(&dictionary),
         terminals_(&terminals),
         motion_(&motion),
-        profile_(dictionary),
+        profile_(dictionary, profile),
         brake_(dictionary, terminals) {}
 
   /// Power-on. The brake keeps its state until follow_brake(). \rtsafe

@@ -37,8 +37,10 @@ namespace driveline::slaves::msd {
 class DriveCore final : private MachineEvents {
  public:
   /// `table` consists of drive_rows() and the rows of the bus; table and bus must outlive this. Loads stored parameters
-  /// from their file, if it exists. Motor parameters are sanitized(). The drive runs after the first restart().
-  DriveCore(const MsdParameters& parameters, const DictionaryTable& table, DriveBus& bus);
+  /// from their file, if it exists. Motor parameters are sanitized(). The drive runs after the first restart(). With
+  /// ProfileKind::kSercos the table consists of sercos_drive_rows() and the rows of the bus.
+  DriveCore(const MsdParameters& parameters, const DictionaryTable& table, DriveBus& bus,
+            ProfileKind profile = ProfileKind::kCia402);
   DriveCore(const DriveCore&) = delete;  // the parts refer to one another
   DriveCore& operator=(const DriveCore&) = delete;
   ~DriveCore() override = default;
@@ -86,6 +88,16 @@ class DriveCore final : private MachineEvents {
   /// Whether the power section is on: from Switched on (MSD manual 10.1.3, transition 3); the motor has current only
   /// from Operation enabled on. \rtsafe
   [[nodiscard]] bool power_stage_on() const noexcept;
+  /// Returns the drive profile. \rtsafe
+  [[nodiscard]] DriveProfile& profile() noexcept {
+    disturb();
+    return control_.profile();
+  }
+  /// Applies new settings and units in the next process data cycle, as a start of the control does. \rtsafe
+  void initialise_units() noexcept {
+    disturb();
+    settings_changed_ = initialise_control_ = true;
+  }
   /// Whether the motor is under control. \rtsafe
   [[nodiscard]] bool power_on() const noexcept { return control_.profile().power_on(); }
   /// Returns the values of the drive. From the first call on, advance() publishes all actual values, since the caller
@@ -268,7 +280,7 @@ class DriveCore final : private MachineEvents {
   MotionMonitor monitor_{dictionary_, motion_};
   Protection protection_;
   Terminals terminals_;
-  DeviceControl control_{dictionary_, terminals_, motion_};
+  DeviceControl control_;
   TouchProbe probe_;
   FaultRecord faults_{dictionary_};
   DriveSignals signals_{*this};

@@ -23,6 +23,7 @@ struct MotionSettings {
   bool external_torque_feed_forward = false;                            ///< 60B2h is the torque feed-forward
   bool position_limited = false;                                        ///< software limits 607Dh, in position units
   FineInterpolator::Method method = FineInterpolator::Method::kLinear;  ///< P 370
+  bool cycle_by_objects = true;           ///< P 306 and 60C2h have to agree on the cycle of the setpoints
   std::uint32_t steps_per_setpoint = 16;  ///< control cycles per setpoint of the bus (60C2h), at least 1
   double rated_torque_nm = 2.4;           ///< P 460, equals 1000 per mille of torque
   PositionRangeLimit range;               ///< position range (607Bh)
@@ -67,6 +68,13 @@ class DriveMotion {
 
   /// Applies new settings from the next control cycle on, also in motion. \rtsafe
   void configure(const MotionSettings& settings) noexcept;
+  /// Sets shares of the feed-forward and the deceleration of MotionCommand::kSlowDownRamp until the next configure(),
+  /// for profiles whose modes differ in these; a ramp in progress keeps its deceleration. \rtsafe
+  void adapt(double speed_feed_forward, double torque_feed_forward, double slow_down_rad_s2) noexcept {
+    settings_.speed_feed_forward = speed_feed_forward;
+    settings_.torque_feed_forward = torque_feed_forward;
+    settings_.slow_down_rad_s2 = slow_down_rad_s2;
+  }
   /// Sets new setpoints of the bus; the setpoint of the active source starts a segment of its interpolation. \rtsafe
   void set(const Setpoints& setpoints) noexcept;
   /// Sets the setpoints that the next change of the source takes over; offsets take effect at once. \rtsafe

@@ -2,11 +2,13 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 
 #include "driveline/slaves/cia402/power_state_machine.hpp"
 #include "driveline/slaves/msd/core/cia402/mode_control.hpp"
 #include "driveline/slaves/msd/core/drive_motion.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
+#include "driveline/slaves/msd/core/faults.hpp"
 #include "driveline/slaves/msd/core/profile/profile_types.hpp"
 #include "driveline/slaves/msd/core/terminals.hpp"
 #include "driveline/slaves/msd/core/touch_probe.hpp"
@@ -28,6 +30,8 @@ class Cia402Profile {
   [[nodiscard]] static bool possible_value(const EntryRow& row, std::uint64_t raw) noexcept;
   /// Calculates the scaling from 607Eh, 6089h-608Dh, 608Fh and 6090h-6092h; sets the factors 6093h, 6094h and 6097h.
   [[nodiscard]] Scaling initialise_units(std::uint32_t encoder_increments) noexcept;
+  /// The objects of the drive have everything.
+  static void complete(const MotionSettings& /*settings*/) noexcept {}
   /// Control word, targets, offsets, and the interpolation sub mode 60C0h, which is P 370 with other numbers.
   [[nodiscard]] ProfileEffect written(std::uint16_t slot) noexcept;
   /// Whether P 165 selects CiA 402.
@@ -64,6 +68,8 @@ class Cia402Profile {
                                  std::chrono::nanoseconds time_out) noexcept {
     return modes_.step_homing(inputs, motion, time_out);
   }
+  /// There are none.
+  [[nodiscard]] static std::optional<Fault> takes_fault() noexcept { return std::nullopt; }
   /// 60B8h, in the variant of P 2285.
   void control(TouchProbe& probe) const noexcept;
   /// Whether 60B8h and P 2285 are those of the last control().

@@ -5,6 +5,12 @@
 /// What every drive profile shares with the core.
 namespace driveline::slaves::msd {
 
+/// The profiles.
+enum class ProfileKind : std::uint8_t {
+  kCia402,  ///< CiA 402 (IEC 61800-7-201)
+  kSercos,  ///< SERCOS, of a table with the values SercosValues
+};
+
 /// Effect of a write to an object of a profile.
 enum class ProfileEffect : std::uint8_t {
   kNone,      ///< none, or it is not an object of the profile
