@@ -81,7 +81,7 @@ struct Record {
   Operand value{};
   /// Speed of GO in increments per 5 ms.
   Operand speed{};
-  /// Of WAIT and JMP; none: JMP always jumps.
+  /// Condition of WAIT and JMP. JMP without it always jumps.
   std::optional<Condition> condition{};
   /// Record to which JMP jumps.
   std::uint16_t target = 0;
