@@ -11,7 +11,7 @@
 #include <tuple>
 #include <utility>
 
-namespace driveline::slaves::position_servo {
+namespace driveline::slaves::position_servo::homing_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -235,4 +235,4 @@ TEST(PositionServoHomingStop, BrakesWithTheHomingAcceleration) {
 }
 
 }  // namespace
-}  // namespace driveline::slaves::position_servo
+}  // namespace driveline::slaves::position_servo::homing_test

@@ -10,7 +10,7 @@
 
 #include "driveline/rt_guard/rt_guard.hpp"
 
-namespace driveline::slaves::position_servo {
+namespace driveline::slaves::position_servo::motion_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -442,4 +442,4 @@ TEST(MotionAllocation, MovesSegmentsAndFaultsAllocateNothing) {
 }
 
 }  // namespace
-}  // namespace driveline::slaves::position_servo
+}  // namespace driveline::slaves::position_servo::motion_test

@@ -7,7 +7,7 @@
 
 #include "driveline/slaves/position_servo/motion.hpp"
 
-namespace driveline::slaves::position_servo {
+namespace driveline::slaves::position_servo::travel_limits_test {
 namespace {
 
 using Reaction = TravelLimits::Reaction;
@@ -116,4 +116,4 @@ TEST(TravelLimits, StopTheMotionOfTheAxisAndLetItGoBack) {
 }
 
 }  // namespace
-}  // namespace driveline::slaves::position_servo
+}  // namespace driveline::slaves::position_servo::travel_limits_test
