@@ -17,10 +17,13 @@ class ProcessValues {
   /// Size of RxPDO21 in bytes.
   static constexpr std::size_t kRxPdo21Size = 8;
 
+  /// Returns a variable. \rtsafe
   [[nodiscard]] std::int32_t variable(std::size_t field) const noexcept { return variables_[field]; }
+  /// Stores a variable. \rtsafe
   void set_variable(std::size_t field, std::int32_t value) noexcept { variables_[field] = value; }
   /// Returns the byte of a flag; any value but 0 is set. \rtsafe
   [[nodiscard]] std::uint8_t flag(std::size_t field) const noexcept { return flags_[field]; }
+  /// Stores the byte of a flag; no TxPDO is sent. \rtsafe
   void set_flag(std::size_t field, std::uint8_t value) noexcept { flags_[field] = value; }
   /// Returns the number in the text, or the value of the variable that it names. \rtsafe
   [[nodiscard]] std::int32_t value_of(const Operand& operand) const noexcept {
