@@ -39,6 +39,10 @@ bool has_power(MotionPhase phase) noexcept {
 /// Tolerance of a step for rounding and for the return onto a path.
 constexpr double kStepMargin = 1.05;
 
+double seconds_of(std::chrono::nanoseconds time) noexcept {
+  return std::chrono::duration<double>(time).count();
+}
+
 }  // namespace
 
 std::string_view to_text(MotionPhase phase) noexcept {
@@ -82,31 +86,25 @@ Motion::Motion(std::vector<Axis> axes, SetpointSource& source, Settings settings
   begin_with(source);
 }
 
+Motion::EachAxis::EachAxis(const Axis& axis, const Settings& settings)
+    : most_velocity(kStepMargin * axis.config().limits.max_velocity),
+      supply{{axis.config(), seconds_of(settings.period), axis.divider()}},
+      lost_limit(
+          LostLimit{settings.bad_cycle_limit, settings.bad_time_limit}.exchanges_of(axis.divider(), settings.period)),
+      position_watch(axis.config(), settings.period),
+      coast_watch(axis.config(), seconds_of(settings.period)),
+      following_watch(axis.config(), settings.period) {}
+
 Motion::Motion(std::vector<Axis> axes, Settings settings)
     : axes_(std::move(axes)),
       settings_(settings),
       setpoints_(axes_.size()),
-      ramps_(axes_.size()),
-      stops_(axes_.size()),
       source_start_(axes_.size()),
-      anchors_(axes_.size()),
       targets_(axes_.size()),
-      before_(axes_.size()),
-      most_(axes_.size()),
-      reaches_(axes_.size()),
-      supplies_(axes_.size()),
-      absences_(axes_.size()),
-      presence_shared_(std::make_unique<std::atomic<AxisPresence>[]>(axes_.size())),
-      bad_exchanges_(axes_.size()),
-      arrests_(axes_.size()),
-      exchanged_(axes_.size()),
-      seen_(axes_.size()) {
-  const LostLimit lost{settings_.bad_cycle_limit, settings_.bad_time_limit};
+      presence_shared_(std::make_unique<std::atomic<AxisPresence>[]>(axes_.size())) {
+  each_.reserve(axes_.size());
   for (const auto& axis : axes_) {
-    lost_limits_.push_back(lost.exchanges_of(axis.divider(), settings_.period));
-    position_watches_.emplace_back(axis.config(), settings_.period);
-    coast_watches_.emplace_back(axis.config(), seconds(1));
-    following_watches_.emplace_back(axis.config(), settings_.period);
+    each_.emplace_back(axis, settings_);
     const auto& limits = axis.config().limits;
     const double most_torque = axis.config().max_torque.value_or(1.0);
     const bool usable = std::isfinite(limits.max_velocity) && limits.max_velocity > 0.0 &&
@@ -117,10 +115,6 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
     if (axis.config().mode == cia402::Mode::kCyclicTorque && !(axis.config().velocity_gain > 0.0))
       throw std::invalid_argument("motion: an axis in cst needs a velocity gain");
     if (!axis.complete()) throw std::invalid_argument("motion: the process data of an axis lack what its mode needs");
-  }
-  for (std::size_t i = 0; i < axes_.size(); ++i) {
-    supplies_[i].given = {axes_[i].config(), seconds(1), axes_[i].divider()};
-    most_[i] = kStepMargin * axes_[i].config().limits.max_velocity;
   }
   set_ranges();
 }
@@ -153,17 +147,17 @@ void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool>
     const bool alone = axes_[i].config().is_virtual();
     const bool ok = alone || valid[slave];
     const bool now = alone || fresh.empty() || fresh[slave];
-    exchanged_[i] = static_cast<char>(ok && now);
+    each_[i].exchanged = static_cast<char>(ok && now);
     if (now) {
-      seen_[i] = static_cast<char>(ok);
-      bad_exchanges_[i] = ok ? 0 : bad_exchanges_[i] + 1;
+      each_[i].seen = static_cast<char>(ok);
+      each_[i].bad_exchanges = ok ? 0 : each_[i].bad_exchanges + 1;
     }
     // Single bad exchanges are bridged with the inputs of the last good one.
     if (ok || lost(i)) axes_[i].read_inputs(image, ok, now, late);
     const bool in_op = alone || operational[slave];
     if (ok && !in_op) axes_[i].set_unavailable();
     // A bus may know that a drive took its outputs though the answer is missing.
-    supplies_[i].given.set_reached(in_op, now);
+    each_[i].supply.given.set_reached(in_op, now);
   }
 }
 
@@ -190,8 +184,8 @@ void Motion::start(std::int64_t cycle) noexcept {
   set_failure({});
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     set_presence(i, AxisPresence::kPresent, cycle);
-    anchors_[i].reset();
-    arrests_[i] = {};
+    each_[i].anchor.reset();
+    each_[i].arrest = {};
   }
   rewind_source();
   tell_path_late();
@@ -215,7 +209,8 @@ void Motion::watch_axis(std::size_t axis, std::int64_t cycle) noexcept {
   using Cause = MotionFailure::Cause;
   if (tolerated(axis)) {
     watch_absence(axis, cycle);
-    if (absences_[axis].presence == AxisPresence::kMissing || absences_[axis].presence == AxisPresence::kEnabling)
+    if (each_[axis].absence.presence == AxisPresence::kMissing ||
+        each_[axis].absence.presence == AxisPresence::kEnabling)
       return;
   }
   if (lost(axis) || too_long(axis, 0))
@@ -227,9 +222,9 @@ void Motion::watch_axis(std::size_t axis, std::int64_t cycle) noexcept {
 
 /// Whether all axes have been without valid process data for as long as this one may be, whatever their dividers.
 bool Motion::all_lost_with(std::size_t axis) const noexcept {
-  const auto allowed = std::uint64_t{lost_limits_[axis]} * axes_[axis].divider();
+  const auto allowed = std::uint64_t{each_[axis].lost_limit} * axes_[axis].divider();
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    if (std::uint64_t{bad_exchanges_[i]} * axes_[i].divider() < allowed) return false;
+    if (std::uint64_t{each_[i].bad_exchanges} * axes_[i].divider() < allowed) return false;
   }
   return true;
 }
@@ -237,7 +232,7 @@ bool Motion::all_lost_with(std::size_t axis) const noexcept {
 /// During a stop a following error does not matter any more.
 void Motion::watch_following(std::size_t axis, std::int64_t cycle) noexcept {
   const double error = axes_[axis].following_error();
-  if (!following_watches_[axis].judge(cycle, error, phase_ != MotionPhase::kStopping)) return;
+  if (!each_[axis].following_watch.judge(cycle, error, phase_ != MotionPhase::kStopping)) return;
   const auto& inputs = axes_[axis].inputs();
   set_failure({MotionFailure::Cause::kFollowingError,
                static_cast<std::uint16_t>(axis),
@@ -260,7 +255,7 @@ void Motion::fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cyc
   // The first failure counts; more may follow until standstill.
   if (failure_.cause == MotionFailure::Cause::kNone) {
     set_failure({cause, static_cast<std::uint16_t>(axis), inputs.status_word, inputs.error_code,
-                 position_watches_[axis].unsteady(), 0.0, reaches});
+                 each_[axis].position_watch.unsteady(), 0.0, reaches});
   }
   enter(MotionPhase::kQuickStop, cycle);
 }
@@ -283,9 +278,9 @@ void Motion::advance(std::int64_t cycle) noexcept {
       bool done = true;
       for (std::size_t i = 0; i < axes_.size(); ++i) {
         targets_[i] = source_start_[i];
-        if (!ramps_[i]) continue;
-        targets_[i] = ramps_[i]->evaluate(given_s());
-        done = done && ramps_[i]->finished(given_s());
+        if (!each_[i].ramp) continue;
+        targets_[i] = each_[i].ramp->evaluate(given_s());
+        done = done && each_[i].ramp->finished(given_s());
       }
       if (done) begin_path(cycle);
       break;
@@ -329,11 +324,11 @@ void Motion::advance_powerless(std::int64_t cycle) noexcept {
 void Motion::advance_stop(std::int64_t cycle) noexcept {
   bool done = true;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    if (!stops_[i]) continue;
-    targets_[i] = stops_[i]->evaluate(given_s());
-    done = done && stops_[i]->finished(given_s());
+    if (!each_[i].stop) continue;
+    targets_[i] = each_[i].stop->evaluate(given_s());
+    done = done && each_[i].stop->finished(given_s());
     // An axis that a gap has separated from its stop ramp is at rest only when it is back on the ramp.
-    if (absences_[i].presence == AxisPresence::kPresent) done = done && !supplies_[i].beside_path;
+    if (each_[i].absence.presence == AxisPresence::kPresent) done = done && !each_[i].supply.beside_path;
   }
   if (done) enter(MotionPhase::kDisabling, cycle);
 }
@@ -351,13 +346,13 @@ void Motion::advance_path(std::int64_t cycle) noexcept {
     source_->run(!wait);
     enter(wait ? MotionPhase::kWaiting : MotionPhase::kFollowing, cycle);
   }
-  for (std::size_t i = 0; i < axes_.size(); ++i) before_[i] = targets_[i].position;
+  for (std::size_t i = 0; i < axes_.size(); ++i) each_[i].before = targets_[i].position;
   // A source does not know the offsets of a relative path.
   for (std::size_t i = 0; i < axes_.size() && settings_.relative; ++i)
-    targets_[i].position -= anchors_[i].value_or(0.0);
+    targets_[i].position -= each_[i].anchor.value_or(0.0);
   const bool goes_on = source_->next({seconds(given_ - path_begin_), axes_}, targets_);
   for (std::size_t i = 0; i < axes_.size() && settings_.relative; ++i)
-    targets_[i].position += anchors_[i].value_or(0.0);
+    targets_[i].position += each_[i].anchor.value_or(0.0);
   tell_path_late();
   if (!check_setpoints(cycle) || goes_on) return;
   if (settings_.repeat) {
@@ -370,12 +365,12 @@ void Motion::advance_path(std::int64_t cycle) noexcept {
 
 /// Starts a relative path at the position where the axis is held now.
 void Motion::anchor(std::size_t axis) noexcept {
-  if (!settings_.relative || anchors_[axis]) return;
+  if (!settings_.relative || each_[axis].anchor) return;
   // An axis that was missing at the start may join while the path runs: its motion starts where it is enabled.
   const bool waiting = phase_ == MotionPhase::kEnabling;
   const double place = waiting ? targets_[axis].position : place_of(axis);
-  anchors_[axis] = place - source_start_[axis].position;
-  if (!waiting) targets_[axis].position += *anchors_[axis];
+  each_[axis].anchor = place - source_start_[axis].position;
+  if (!waiting) targets_[axis].position += *each_[axis].anchor;
   source_start_[axis].position = place;
 }
 
@@ -383,30 +378,31 @@ void Motion::plan_approach() noexcept {
   // The axes are at standstill on the path; all ramps end together at its first point.
   double longest = 0.0;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    ramps_[i].reset();
+    each_[i].ramp.reset();
     // An axis that is not on the path moves straight to that point, without the others waiting for it here.
-    if (absences_[i].presence != AxisPresence::kPresent) continue;
-    ramps_[i] = trajectory::StartRamp::plan(targets_[i].position, source_start_[i].position, axes_[i].config().limits);
-    if (ramps_[i]) longest = std::max(longest, ramps_[i]->duration_s());
+    if (each_[i].absence.presence != AxisPresence::kPresent) continue;
+    each_[i].ramp =
+        trajectory::StartRamp::plan(targets_[i].position, source_start_[i].position, axes_[i].config().limits);
+    if (each_[i].ramp) longest = std::max(longest, each_[i].ramp->duration_s());
   }
-  for (auto& ramp : ramps_) {
-    if (ramp) ramp->stretch_to(longest);
+  for (auto& axis : each_) {
+    if (axis.ramp) axis.ramp->stretch_to(longest);
   }
 }
 
 void Motion::plan_stop() noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    stops_[i] = trajectory::StopProfile::plan(setpoints_[i], {axes_[i].config().limits.max_acceleration});
+    each_[i].stop = trajectory::StopProfile::plan(setpoints_[i], {axes_[i].config().limits.max_acceleration});
     // The stop starts at the last setpoint of the axis.
     targets_[i] = setpoints_[i];
-    supplies_[i].beside_path = false;
+    each_[i].supply.beside_path = false;
   }
 }
 
 bool Motion::all_ready() const noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const bool left_out =
-        absences_[i].presence == AxisPresence::kMissing && axes_[i].config().on_loss == LossPolicy::kContinue;
+        each_[i].absence.presence == AxisPresence::kMissing && axes_[i].config().on_loss == LossPolicy::kContinue;
     if (!left_out && !axes_[i].ready()) return false;
   }
   return true;

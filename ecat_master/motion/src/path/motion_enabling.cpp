@@ -25,8 +25,8 @@ void Motion::advance_enabling(std::int64_t cycle) noexcept {
 /// Brakes an axis that coasts when it is enabled, within its limits, and holds it where it comes to rest; an axis at
 /// standstill is held at once. Returns false until the axis is at rest.
 bool Motion::arrest(std::size_t axis) noexcept {
-  auto& [stop, given] = arrests_[axis];
-  auto& supply = supplies_[axis];
+  auto& [stop, given] = each_[axis].arrest;
+  auto& supply = each_[axis].supply;
   if (!axes_[axis].stays_on()) {
     setpoints_[axis] = axes_[axis].held();
     supply.beside_path = false;
@@ -55,8 +55,9 @@ void Motion::abandon_enabling(std::int64_t cycle) noexcept {
 
 /// Whether the axis is still being braked.
 bool Motion::arresting(std::size_t axis) const noexcept {
-  const auto& [stop, given] = arrests_[axis];
-  return phase_ == MotionPhase::kEnabling && stop && (!stop->finished(seconds(given)) || supplies_[axis].beside_path);
+  const auto& [stop, given] = each_[axis].arrest;
+  return phase_ == MotionPhase::kEnabling && stop &&
+         (!stop->finished(seconds(given)) || each_[axis].supply.beside_path);
 }
 
 }  // namespace driveline::motion

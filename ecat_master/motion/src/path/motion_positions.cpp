@@ -7,23 +7,23 @@ namespace driveline::motion {
 /// position continues without the position loop of the master, from this cycle on.
 void Motion::judge_positions(std::int64_t cycle) noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    auto& watch = position_watches_[i];
+    auto& watch = each_[i].position_watch;
     if (unavailable(i)) {
       forget_place(i);
       continue;
     }
-    if (!exchanged_[i]) {
+    if (!each_[i].exchanged) {
       axes_[i].coast_on(seconds(1));
       continue;
     }
     const bool driven = axes_[i].enabled() && (powered() || phase_ == MotionPhase::kEnabling);
     const auto finding = watch.judge(cycle, axes_[i].inputs().position, setpoints_[i], driven, exchange_took_);
-    coast_watches_[i].update(watch.held(), axes_[i].inputs().velocity);
-    axes_[i].hold_at(watch.held(), coast_watches_[i].velocity());
+    each_[i].coast_watch.update(watch.held(), axes_[i].inputs().velocity);
+    axes_[i].hold_at(watch.held(), each_[i].coast_watch.velocity());
     if (finding.kind == PositionFinding::Kind::kNewPlace) {
       setpoints_[i] = {watch.held(), 0.0, 0.0};
       supply_from_rest(i);
-      arrests_[i] = {};
+      each_[i].arrest = {};
     }
     // During a stop the finding is already known, or does not matter any more.
     if (finding && phase_ != MotionPhase::kStopping) stop_for(finding, i, cycle);
@@ -32,8 +32,8 @@ void Motion::judge_positions(std::int64_t cycle) noexcept {
 
 /// The actual position is unknown from now on.
 void Motion::forget_place(std::size_t axis) noexcept {
-  position_watches_[axis].forget();
-  coast_watches_[axis].forget();
+  each_[axis].position_watch.forget();
+  each_[axis].coast_watch.forget();
 }
 
 void Motion::stop_for(const PositionFinding& finding, std::size_t axis, std::int64_t cycle) noexcept {

@@ -35,10 +35,10 @@ void Motion::take_source(std::int64_t cycle) noexcept {
   source_shared_.store(source, std::memory_order_release);
   if (phase_ == MotionPhase::kIdle) return;
   // The axes have power and hold the end of the previous source.
-  for (auto& anchor : anchors_) anchor.reset();
+  for (auto& axis : each_) axis.anchor.reset();
   rewind_source();
   for (std::size_t i = 0; i < axes_.size() && settings_.relative; ++i) {
-    anchors_[i] = targets_[i].position - source_start_[i].position;
+    each_[i].anchor = targets_[i].position - source_start_[i].position;
     source_start_[i].position = targets_[i].position;
   }
   for (std::size_t i = 0; i < axes_.size(); ++i) {
@@ -83,8 +83,8 @@ bool Motion::plain_setpoints() const noexcept {
   bool plain = true;
   for (std::size_t i = 0; i < targets_.size(); ++i) {
     const auto& target = targets_[i];
-    plain &= std::abs(target.position - before_[i]) <= most_[i] * period_s;
-    plain &= std::abs(target.velocity) <= most_[i];
+    plain &= std::abs(target.position - each_[i].before) <= each_[i].most_velocity * period_s;
+    plain &= std::abs(target.velocity) <= each_[i].most_velocity;
     plain &= std::abs(target.acceleration) <= kFinite;
     plain &= !target.torque.has_value();
   }
@@ -95,13 +95,13 @@ MotionFailure::Cause Motion::judge_setpoint(std::size_t axis) const noexcept {
   using Cause = MotionFailure::Cause;
   const auto& target = targets_[axis];
   if (!is_finite(target)) return Cause::kSetpoint;
-  if (absences_[axis].presence != AxisPresence::kPresent) return Cause::kNone;
-  const double most = most_[axis];
+  if (each_[axis].absence.presence != AxisPresence::kPresent) return Cause::kNone;
+  const double most = each_[axis].most_velocity;
   // A source that gives only torques gives no positions: the actual position serves as the setpoint.
   const bool torque_alone = target.torque && axes_[axis].config().mode == cia402::Mode::kCyclicTorque;
   const auto range = source_ != path_.get() && leaves_range(axis) ? Cause::kOutsideRange : Cause::kNone;
   if (torque_alone) return std::abs(axes_[axis].inputs().velocity) > most ? Cause::kTooFast : range;
-  const double step = std::abs(target.position - before_[axis]);
+  const double step = std::abs(target.position - each_[axis].before);
   return step > most * seconds(1) || std::abs(target.velocity) > most ? Cause::kSetpoint : range;
 }
 

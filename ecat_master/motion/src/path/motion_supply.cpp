@@ -7,30 +7,31 @@ namespace driveline::motion {
 
 /// Records the setpoints sent in this cycle and the resulting state of the drives.
 void Motion::note_supplies() noexcept {
-  for (std::size_t i = 0; i < axes_.size(); ++i) supplies_[i].given.note(setpoints_[i], axes_[i].mode_in_force());
+  for (std::size_t i = 0; i < axes_.size(); ++i) each_[i].supply.given.note(setpoints_[i], axes_[i].mode_in_force());
 }
 
 /// The axis is at rest at its setpoint.
 void Motion::supply_from_rest(std::size_t axis) noexcept {
-  supplies_[axis].given.start_from({setpoints_[axis].position, 0.0, 0.0});
-  supplies_[axis].beside_path = false;
+  each_[axis].supply.given.start_from({setpoints_[axis].position, 0.0, 0.0});
+  each_[axis].supply.beside_path = false;
 }
 
 /// All axes follow the path together, so it waits if an axis did not get its setpoint, except axes whose loss does not
 /// stop the others.
 bool Motion::path_must_wait_for_setpoints() const noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    const auto presence = absences_[i].presence;
+    const auto presence = each_[i].absence.presence;
     const bool takes_part = presence == AxisPresence::kPresent || presence == AxisPresence::kReturning;
-    if (takes_part && !supplies_[i].given.reached() && axes_[i].config().on_loss != LossPolicy::kContinue) return true;
+    if (takes_part && !each_[i].supply.given.reached() && axes_[i].config().on_loss != LossPolicy::kContinue)
+      return true;
   }
   return false;
 }
 
 /// Continues from the position that the drive has reached without its setpoint.
 void Motion::bridge(std::size_t axis) noexcept {
-  auto& supply = supplies_[axis];
-  const auto presence = absences_[axis].presence;
+  auto& supply = each_[axis].supply;
+  const auto presence = each_[axis].absence.presence;
   if (presence == AxisPresence::kMissing || presence == AxisPresence::kEnabling) {
     setpoints_[axis] = axes_[axis].held();
     return;
@@ -41,7 +42,7 @@ void Motion::bridge(std::size_t axis) noexcept {
 }
 
 trajectory::AxisSetpoint Motion::aim_present(std::size_t axis) noexcept {
-  auto& supply = supplies_[axis];
+  auto& supply = each_[axis].supply;
   if (!supply.beside_path) return targets_[axis];
   if (!supply.return_motion) supply.return_motion.emplace(supply.given, axes_[axis].config().limits);
   const auto setpoint = supply.return_motion->step(targets_[axis], seconds(1), axes_[axis].changing());
@@ -52,8 +53,8 @@ trajectory::AxisSetpoint Motion::aim_present(std::size_t axis) noexcept {
 /// Computes the setpoints of this cycle: on the path, on the return to it, or at the position of the axis.
 void Motion::aim() noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    auto& absence = absences_[i];
-    auto& supply = supplies_[i];
+    auto& absence = each_[i].absence;
+    auto& supply = each_[i].supply;
     if (!supply.given.reached()) {
       bridge(i);
     } else if (absence.presence == AxisPresence::kPresent) {
@@ -83,7 +84,7 @@ void Motion::tell_path_late() noexcept {
 /// Whether an absence of the master is so long that the position of the drive cannot be predicted. What the drive
 /// lacked before counts, too: behind an absence on CAN the setpoint of the period before has not taken effect either.
 bool Motion::too_long(std::size_t axis, std::int64_t missed) const noexcept {
-  return missed + supplies_[axis].given.lacking() > std::int64_t{lost_limits_[axis]} * axes_[axis].divider();
+  return missed + each_[axis].supply.given.lacking() > std::int64_t{each_[axis].lost_limit} * axes_[axis].divider();
 }
 
 AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept {
@@ -96,9 +97,9 @@ AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<
   // A coasting axis kept moving: enable it only after its position was read again, else extrapolate its motion.
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     if (axes_[i].stays_on()) continue;
-    seen_[i] = 0;
+    each_[i].seen = 0;
     axes_[i].coast_on(seconds(missed));
-    if (too_long(i, missed) && coast_watches_[i].coasts()) forget_place(i);
+    if (too_long(i, missed) && each_[i].coast_watch.coasts()) forget_place(i);
     if (phase_ == MotionPhase::kEnabling) setpoints_[i] = axes_[i].held();
   }
   if (!moving) {
@@ -115,7 +116,7 @@ AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<
       effect = AbsenceEffect::kStopped;
       continue;
     }
-    supplies_[i].given.skip(missed, axes_[i].mode_in_force());
+    each_[i].supply.given.skip(missed, axes_[i].mode_in_force());
     axes_[i].skip(missed);
     bridge(i);
   }
@@ -130,7 +131,7 @@ AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<
 void Motion::give_up(std::size_t axis, std::int64_t cycle) noexcept {
   if (!tolerated(axis) || phase_ == MotionPhase::kEnabling) return fail(MotionFailure::Cause::kMasterAway, axis, cycle);
   set_presence(axis, AxisPresence::kMissing, cycle);
-  absences_[axis].braking = true;
+  each_[axis].absence.braking = true;
 }
 
 }  // namespace driveline::motion

@@ -202,6 +202,28 @@ class Motion final : public MotionControl {
     double way_per_square = 0.0;  ///< stopping distance per velocity squared
   };
 
+  /// State of one axis.
+  struct EachAxis {
+    EachAxis(const Axis& axis, const Settings& settings);
+
+    std::optional<trajectory::StartRamp> ramp{};
+    std::optional<trajectory::StopProfile> stop{};
+    std::optional<double> anchor{};  ///< offset of a relative path, set when the axis is enabled
+    double before = 0.0;             ///< position of the target in the previous cycle, for the check of the source
+    double most_velocity;            ///< velocity limit for a source
+    Reach reach{};                   ///< positions that a source may lead to
+    Supply supply;
+    Absence absence{};
+    Arrest arrest{};
+    std::uint32_t lost_limit;         ///< LostLimit::exchanges_of()
+    std::uint32_t bad_exchanges = 0;  ///< consecutive exchanges without valid process data
+    PositionWatch position_watch;
+    CoastWatch coast_watch;
+    FollowingErrorWatch following_watch;
+    bool exchanged = false;  ///< the position is from this cycle
+    bool seen = false;       ///< the last exchange that was due succeeded
+  };
+
   void enter(MotionPhase phase, std::int64_t cycle) noexcept;
   [[nodiscard]] double seconds(std::int64_t cycles) const noexcept;
   [[nodiscard]] double elapsed_s(std::int64_t cycle) const noexcept { return seconds(cycle - phase_start_); }
@@ -253,11 +275,13 @@ class Motion final : public MotionControl {
   void take_source(std::int64_t cycle) noexcept;
   void anchor(std::size_t axis) noexcept;
   /// Position of an axis that is not enabled.
-  [[nodiscard]] double place_of(std::size_t axis) const noexcept { return position_watches_[axis].held(); }
+  [[nodiscard]] double place_of(std::size_t axis) const noexcept { return each_[axis].position_watch.held(); }
   [[nodiscard]] bool must_wait() const noexcept;
   [[nodiscard]] bool powered() const noexcept { return powered_; }
   [[nodiscard]] bool unavailable(std::size_t axis) const noexcept;
-  [[nodiscard]] bool lost(std::size_t axis) const noexcept { return bad_exchanges_[axis] >= lost_limits_[axis]; }
+  [[nodiscard]] bool lost(std::size_t axis) const noexcept {
+    return each_[axis].bad_exchanges >= each_[axis].lost_limit;
+  }
   [[nodiscard]] bool all_lost_with(std::size_t axis) const noexcept;
   [[nodiscard]] bool too_long(std::size_t axis, std::int64_t missed) const noexcept;
   [[nodiscard]] bool brakes(std::size_t axis, std::int64_t cycle) const noexcept;
@@ -273,35 +297,20 @@ class Motion final : public MotionControl {
   [[nodiscard]] cia402::Goal goal(std::size_t axis) const noexcept;
 
   std::vector<Axis> axes_;
+  std::vector<EachAxis> each_;            ///< by axis
   std::unique_ptr<SetpointSource> path_;  ///< null: the source belongs to the caller
   SetpointSource* source_;
   Settings settings_;
   std::vector<trajectory::AxisSetpoint> setpoints_;
-  std::vector<std::optional<trajectory::StartRamp>> ramps_;
-  std::vector<std::optional<trajectory::StopProfile>> stops_;
   std::vector<trajectory::AxisSetpoint> source_start_;
-  std::vector<std::optional<double>> anchors_;     ///< offset of a relative path, set when the axis is enabled
   std::vector<trajectory::AxisSetpoint> targets_;  ///< setpoints of the source
-  std::vector<double> before_;  ///< positions of targets_ in the previous cycle, for the check of the source
-  std::vector<double> most_;    ///< velocity limits for a source, by axis
-  std::vector<Reach> reaches_;  ///< positions that a source may lead to, by axis
-  bool limited_ = false;        ///< an axis has software limits
-  std::vector<trajectory::PathExtent> extents_;  ///< extents of the path, if limited_
-  std::int64_t path_begin_ = 0;                  ///< start of the path, in given periods
-  std::int64_t given_ = 0;                       ///< periods since the start for which setpoints were generated
-  std::int64_t phase_given_ = 0;                 ///< value of given_ when the phase started
-  std::uint32_t held_up_ = 0;                    ///< consecutive periods in which the path waited for one axis
-  std::vector<Supply> supplies_;
-  std::vector<Absence> absences_;
+  bool limited_ = false;                           ///< an axis has software limits
+  std::vector<trajectory::PathExtent> extents_;    ///< extents of the path, if limited_
+  std::int64_t path_begin_ = 0;                    ///< start of the path, in given periods
+  std::int64_t given_ = 0;                         ///< periods since the start for which setpoints were generated
+  std::int64_t phase_given_ = 0;                   ///< value of given_ when the phase started
+  std::uint32_t held_up_ = 0;                      ///< consecutive periods in which the path waited for one axis
   std::unique_ptr<std::atomic<AxisPresence>[]> presence_shared_;
-  std::vector<std::uint32_t> lost_limits_;    ///< LostLimit::exchanges_of(), by axis
-  std::vector<std::uint32_t> bad_exchanges_;  ///< consecutive exchanges without valid process data, by axis
-  std::vector<Arrest> arrests_;
-  std::vector<PositionWatch> position_watches_;
-  std::vector<CoastWatch> coast_watches_;
-  std::vector<FollowingErrorWatch> following_watches_;
-  std::vector<char> exchanged_;  ///< the position of the axis is from this cycle
-  std::vector<char> seen_;       ///< the last exchange that was due succeeded
   std::chrono::nanoseconds exchange_took_{};
   MotionPhase phase_ = MotionPhase::kIdle;
   bool powered_ = false;  ///< the drives get setpoints in this phase
