@@ -2,9 +2,9 @@
 
 #include <array>
 
-#include "driveline/slaves/mailbox/mailbox_server.hpp"
 #include "driveline/slaves/coe/sdo_information.hpp"
 #include "driveline/slaves/coe/sdo_server.hpp"
+#include "driveline/slaves/mailbox/mailbox_server.hpp"
 
 namespace driveline::slaves {
 
