@@ -19,7 +19,9 @@ class MotionQueue {
   [[nodiscard]] const Move& front() const noexcept { return moves_[0]; }
   /// Returns the motion that starts last; there must be one.
   [[nodiscard]] const Move& back() const noexcept { return moves_[size_ - 1]; }
+  /// Iterates over the waiting motions, in their order.
   [[nodiscard]] Move* begin() noexcept { return moves_.data(); }
+  /// See begin().
   [[nodiscard]] Move* end() noexcept { return moves_.data() + size_; }
 
   /// Appends a motion. Returns false when the queue is full.
