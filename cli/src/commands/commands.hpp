@@ -39,6 +39,7 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_soe_read(Arguments& to);
 [[nodiscard]] Execute prepare_soe_write(Arguments& to);
 [[nodiscard]] Execute prepare_soe_list(Arguments& to);
+[[nodiscard]] Execute prepare_soe_import(Arguments& to);
 [[nodiscard]] Execute prepare_reg_read(Arguments& to);
 [[nodiscard]] Execute prepare_reg_write(Arguments& to);
 [[nodiscard]] Execute prepare_reg_list(Arguments& to);

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -10,6 +12,8 @@
 #include "console.hpp"
 #include "driveline/ecat_master/soe/soe_client.hpp"
 #include "driveline/ecat_master/soe/soe_log.hpp"
+#include "driveline/ecat_master/soe/soe_value.hpp"
+#include "driveline/esi/soe_start_list.hpp"
 #include "line/line_view.hpp"
 #include "text/json_text.hpp"
 #include "text/soe_text.hpp"
@@ -159,6 +163,50 @@ Outcome<int> list_data(const SoeOptions& options) {
   return 0;
 }
 
+struct ImportOptions {
+  std::string file;
+  std::optional<std::string> drive;
+};
+
+/// The bytes as "0A 00", the number as "S-0-0044", and a comment that stays in its line.
+std::string idn_table_text(const esi::SoeStartEntry& entry) {
+  auto text = fmt::format("\n[[slave.idn]]{}\ndrive = {}\nnumber = \"{}\"\ndata = \"{}\"\n",
+                          entry.comment.empty() ? std::string{} : "  # " + ecat_master::printable(entry.comment),
+                          entry.drive, idn_text({entry.idn}), ecat_master::hex_digits(entry.data));
+  if (entry.before_op) text += "transition = \"SO\"\n";
+  return text;
+}
+
+Outcome<int> import_list(const ImportOptions& options) {
+  std::optional<std::uint32_t> only;
+  if (options.drive) {
+    const auto drive = parse_number(*options.drive, kMaxDrive, "drive");
+    if (!drive) return tl::unexpected(drive.error());
+    only = *drive;
+  }
+  std::ifstream file(options.file, std::ios::binary);
+  if (!file) return misused(fmt::format("{}: cannot be read", options.file));
+  const std::string content{std::istreambuf_iterator<char>(file), {}};
+  auto list = esi::read_soe_start_list(content);
+  if (!list) return misused(fmt::format("{}: {}", options.file, describe(list.error())));
+  std::size_t taken = 0;
+  std::size_t others = 0;
+  for (const auto& entry : list->entries) {
+    if (only && entry.drive != *only) {
+      ++others;
+      progress("left out: {} of drive {}", idn_text({entry.idn}), entry.drive);
+      continue;
+    }
+    ++taken;
+    print_out("{}", idn_table_text(entry));
+  }
+  for (const auto& left : list->left_out)
+    progress("left out: {}:{}: {}: {}", options.file, left.line, left.what, left.why);
+  progress("{} taken over, {} left out", taken, others + list->left_out.size());
+  if (taken == 0) return failed(fmt::format("{}: nothing can be taken over", options.file));
+  return 0;
+}
+
 std::shared_ptr<SoeOptions> add_soe_options(Arguments& to) {
   auto options = std::make_shared<SoeOptions>();
   add_bus_options(to, options->bus);
@@ -185,6 +233,13 @@ Execute prepare_soe_write(Arguments& to) {
   to.required(&options->idn, Value::text("IDN"), kIdnHelp);
   to.positional(&options->value, Value::text("VALUE"), "Value; the elements of a list are separated by commas");
   return [options] { return write_datum(*options); };
+}
+
+Execute prepare_soe_import(Arguments& to) {
+  auto options = std::make_shared<ImportOptions>();
+  to.required(&options->file, Value::file(), "Start-up list in XML, as TwinCAT exports it");
+  to.option("--drive", &options->drive, Value::text("NUMBER"), "Only the operation data of this drive, 0 to 7");
+  return [options] { return import_list(*options); };
 }
 
 Execute prepare_soe_list(Arguments& to) {

@@ -11,6 +11,7 @@
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
+#include "driveline/ecat_master/configuration/state_refusal.hpp"
 #include "driveline/ecat_master/discovery/discovery.hpp"
 #include "driveline/runtime/ethercat/configure_line.hpp"
 #include "driveline/runtime/setup/process_data_plan.hpp"
@@ -122,9 +123,10 @@ Outcome<void> raise_to_safe_op(LineView& line, std::size_t position) {
   const auto image = ecat_master::configure_process_data(engine, slaves, {}, notes);
   ecat_master::Result<void> done;
   if (image) {
-    const ecat_master::StateTarget target{slave.info.ref, limits.limit(AlState::kSafeOp, false),
+    const ecat_master::StateTarget target{slave.info.ref, ecat_master::rise_timeout(slave, AlState::kSafeOp),
                                           slave.plan.safe_op_retries};
     done = ecat_master::change_states(line.bus(), {&target, 1}, AlState::kSafeOp, &notes).front();
+    if (!done) done = tl::unexpected(ecat_master::explain_by_drives(engine, slaves, done.error(), notes));
   }
   for (const auto& note : notes) progress("{}", ecat_master::describe(note));
   if (!image) return bus_failure(image.error());

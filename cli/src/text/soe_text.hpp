@@ -9,18 +9,16 @@
 #include <vector>
 
 #include "driveline/ecat_master/soe/soe_parameter.hpp"
+#include "driveline/ecat_master/soe/soe_value.hpp"
 #include "driveline/wire/soe.hpp"
 #include "failure.hpp"
 
 namespace driveline::cli {
 
-/// The IDN as "S-0-0017".
-[[nodiscard]] std::string idn_text(wire::Idn idn);
+using ecat_master::idn_text;
+using ecat_master::soe_value_text;
 
-/// The value in the display format of its attribute, a list in brackets; conversion factor and decimals are not
-/// applied. Hexadecimal bytes if their number does not match the attribute.
-[[nodiscard]] std::string soe_value_text(std::span<const std::byte> value, const wire::SoeAttribute& attribute);
-/// The same as JSON numbers, strings and arrays.
+/// The value of soe_value_text() as JSON numbers, strings and arrays.
 [[nodiscard]] nlohmann::json soe_value_json(std::span<const std::byte> value, const wire::SoeAttribute& attribute);
 /// Parses a value from the command line, elements of a list separated by commas. Failure: status 2.
 [[nodiscard]] Outcome<std::vector<std::byte>> parse_soe_value(std::string_view text,
