@@ -1,6 +1,7 @@
 #include "ethercat/ethercat_bus.hpp"
 
 #include "driveline/motion/cycle/cycle_runner.hpp"
+#include "driveline/runtime/ethercat/configure_line.hpp"
 #include "driveline/runtime/event.hpp"
 #include "driveline/runtime/setup/clock_text.hpp"
 #include "driveline/runtime/setup/composition.hpp"
