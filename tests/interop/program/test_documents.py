@@ -100,6 +100,7 @@ class Reference(DocumentTest):
         "slave.pdo": ['[[slave]]\nname = "x"\n[[slave.pdo]]\nindex = 0x1600'],
         "slave.startup": ['[[slave]]\nname = "x"\n[slave.startup]\nsafeop_retries = 3'],
         "slave.sdo": ['[[slave]]\nname = "x"\n[[slave.sdo]]\nindex = 0x2000\nvalue = "00"'],
+        "slave.idn": ['[[slave]]\nname = "x"\n[[slave.idn]]\nnumber = "S-0-0044"\nvalue = 7'],
         "slave.input": [TERMINAL + f'\n[[slave.input]]\nentry = "6000:11"\n{shape}'
                         for shape in ("value = 1", 'shape = "ramp"\nperiod_s = 1',
                                       'shape = "steps"\nat_ms = [0]\nvalues = [1]')],
@@ -135,7 +136,7 @@ class Reference(DocumentTest):
         "output": ['slave = [{ name = "x" }]\n[output]'],
     }
 
-    INNER = ("axis_group.output", "slave.dc", "slave.input", "slave.pdo", "slave.plant", "slave.plant.dc_link", "slave.plant.encoder", "slave.plant.load",
+    INNER = ("axis_group.output", "slave.dc", "slave.idn", "slave.input", "slave.pdo", "slave.plant", "slave.plant.dc_link", "slave.plant.encoder", "slave.plant.load",
              "slave.plant.thermal", "slave.plant.winding", "slave.sdo", "slave.startup", "slave.switch", "slave.timeouts", "slave.watchdog", "telemetry.rates", "wiring.cable")
 
     def test_lists_the_keys_that_the_program_knows(self):

@@ -11,8 +11,7 @@
 namespace driveline::slaves::msd::states_test {
 namespace {
 
-using std::chrono_literals::operator""us;
-using std::chrono_literals::operator""ms;
+using namespace std::chrono_literals;
 using enum PowerState;
 using enum MotionCommand;
 using Control = SercosStates::Control;
