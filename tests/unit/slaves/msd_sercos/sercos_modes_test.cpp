@@ -58,8 +58,8 @@ TEST(SercosMode, OtherWordsAreRefused) {
   for (std::uint16_t number = 32; number <= 35; ++number) {
     const EntryRow* row = sercos_table().find(static_cast<std::uint16_t>(0x2000 + 10000 + number), 0);
     ASSERT_NE(row, nullptr);
-    for (const std::uint64_t word : {0x0000, 0x001B, 0x4006}) EXPECT_TRUE(rig.drive.accept(*row, word)) << word;
-    for (const std::uint64_t word : {0x0005, 0x0007, 0x8006}) EXPECT_FALSE(rig.drive.accept(*row, word)) << word;
+    for (const std::uint64_t word : {0x0000U, 0x001BU, 0x4006U}) EXPECT_TRUE(rig.drive.accept(*row, word)) << word;
+    for (const std::uint64_t word : {0x0005U, 0x0007U, 0x8006U}) EXPECT_FALSE(rig.drive.accept(*row, word)) << word;
   }
 }
 
