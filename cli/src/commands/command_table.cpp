@@ -179,7 +179,7 @@ constexpr std::array kCommands = {
     Command{"soe list", "", "", "List the operation data of a drive", "soe list --config examples/soe.toml -p 0",
             prepare_soe_list},
     Command{"soe import", "", "", "Make [[slave.idn]] tables of a TwinCAT start-up list",
-            "soe import startup.xml --drive 0", prepare_soe_import},
+            "soe import examples/soe_startup.xml --drive 0", prepare_soe_import},
     Command{"eoe", "", kTools, "Show the ports, addresses and counters of EoE (Ethernet over EtherCAT)",
             "eoe --control run.socket\n"
             "eoe --config examples/line8.toml\n"
