@@ -12,7 +12,6 @@
 namespace driveline::bus_test {
 namespace {
 
-using slaves::generic::SoeRule;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;

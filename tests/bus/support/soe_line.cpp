@@ -46,13 +46,13 @@ std::vector<std::byte> as_list(std::span<const std::byte> content) {
 }
 
 std::unique_ptr<slaves::SimulatedLine> SoeLine::make(const esi::DeviceDescription& device,
-                                                     std::vector<slaves::generic::SoeRule> rules) {
+                                                     const std::vector<slaves::generic::SoeRule>& rules) {
   auto model = slaves::generic::DeviceModel::create(device);
   if (!model) throw std::runtime_error(describe(model.error()));
   std::vector<std::unique_ptr<slaves::Slave>> made;
   for (std::size_t i = 0; i < devices.size(); ++i) {
     slaves::generic::GenericOptions options;
-    if (i == 1) options.soe_rules = std::move(rules);
+    if (i == 1) options.soe_rules = rules;
     auto owned = std::make_unique<GenericDevice>(*model, options);
     devices.at(i) = owned.get();
     made.push_back(std::make_unique<slaves::Slave>(std::move(owned), slaves::SlaveOptions{}));

@@ -37,8 +37,8 @@ inline constexpr ecat_master::facts::SoeDatum kApplication{0, {142}};
 struct SoeLine {
   explicit SoeLine(std::uint16_t mailbox = 128) : SoeLine(soe_device(mailbox)) {}
   /// `rules`: checks of the drives of the second device.
-  explicit SoeLine(const esi::DeviceDescription& device, std::vector<slaves::generic::SoeRule> rules = {})
-      : line(make(device, std::move(rules))), master(*line, clock) {}
+  explicit SoeLine(const esi::DeviceDescription& device, const std::vector<slaves::generic::SoeRule>& rules = {})
+      : line(make(device, rules)), master(*line, clock) {}
 
   /// Takes the line to PREOP; returns the sentence of the error, empty on success.
   [[nodiscard]] std::string to_pre_op();
@@ -60,7 +60,7 @@ struct SoeLine {
 
  private:
   [[nodiscard]] std::unique_ptr<slaves::SimulatedLine> make(const esi::DeviceDescription& device,
-                                                            std::vector<slaves::generic::SoeRule> rules);
+                                                            const std::vector<slaves::generic::SoeRule>& rules);
 };
 
 }  // namespace driveline::bus_test

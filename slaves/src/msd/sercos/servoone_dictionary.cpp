@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -24,18 +25,20 @@ const IdnRow& row_of(wire::Idn idn) noexcept {
   return *servoone_idns().find(idn);
 }
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
 /// Range of a type; of a REAL none.
 struct Limits {
   double low;
   double high;
 };
 Limits limits(esi::DataType type) noexcept {
-  if (type == esi::DataType::kReal32) return {-INFINITY, INFINITY};
+  if (type == esi::DataType::kReal32) return {-kInfinity, kInfinity};
   const double numbers = std::exp2(static_cast<double>(8 * byte_size(type)));
   return is_signed(type) ? Limits{-numbers / 2, numbers / 2 - 1} : Limits{0.0, numbers - 1};
 }
 Limits limits(const wire::SoeAttribute& attribute) noexcept {
-  if (attribute.display == wire::SoeDisplay::kFloat) return {-INFINITY, INFINITY};
+  if (attribute.display == wire::SoeDisplay::kFloat) return {-kInfinity, kInfinity};
   const double numbers = std::exp2(static_cast<double>(8 * attribute.element_size()));
   return attribute.display == wire::SoeDisplay::kSigned ? Limits{-numbers / 2, numbers / 2 - 1}
                                                         : Limits{0.0, numbers - 1};

@@ -19,7 +19,7 @@
 namespace driveline::slaves::msd::sercos {
 namespace {
 
-using std::chrono_literals::operator""ms;
+using namespace std::chrono_literals;
 using wire::AlState;
 using wire::SoeElement;
 using wire::SoeError;

@@ -8,7 +8,6 @@
 namespace driveline::slaves::mc7000 {
 namespace {
 
-using test::kAutomatic;
 using test::kManual;
 using test::kShutDown;
 using test::kStart;
