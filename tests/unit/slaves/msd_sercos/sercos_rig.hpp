@@ -40,8 +40,10 @@ class CoreRig : private DriveBus {
   void write(Slot<T> slot, T value) {
     drive.dictionary().set(slot, value);
     const auto rows = table_->rows();
-    drive.written(*std::find_if(rows.begin(), rows.end(),
-                                [&](const EntryRow& row) { return !is_string(row.type) && row.slot == slot.number; }));
+    const auto row = std::find_if(rows.begin(), rows.end(),
+                                  [&](const EntryRow& one) { return !is_string(one.type) && one.slot == slot.number; });
+    // Some values have their row in the table of a bus, which is not here.
+    if (row != rows.end()) drive.written(*row);
   }
   /// Sets a value as process data, which count with the next cycle.
   template <typename T>
