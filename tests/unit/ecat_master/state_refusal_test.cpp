@@ -94,7 +94,9 @@ TEST(StateRefusalOfHostileDrives, StormsAndEndlessFragmentsEnd) {
 TEST(StateRefusal, CountsTheDataBeyondTheFirstEight) {
   RefusalBench bench;
   bench.answer({"0204 1500 0100 5500", "0240 1500 14001400 01000200030004000500060007000800090010 80"});
-  for (int datum = 0; datum < 8; ++datum) bench.answer({"1204 0100 0110"});
+  // The drive refuses to tell more about each of the eight.
+  bench.answer({"1204 0100 0110", "1204 0200 0110", "1204 0300 0110", "1204 0400 0110", "1204 0500 0110",
+                "1204 0600 0110", "1204 0700 0110", "1204 0800 0110"});
   EXPECT_THAT(bench.explain(), HasSubstr("lists S-0-0001"));
   EXPECT_THAT(bench.noted(),
               testing::IsSupersetOf({"slave 3: drive 0 lists S-0-0001 in S-0-0021 as invalid",
