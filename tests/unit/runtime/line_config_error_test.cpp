@@ -140,9 +140,10 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{
             "[[slave]]\nname = \"x\"\naddress = 5\n",
             ":3: [slave 1] address: unknown key, expected one of: alias, dc, device_id, eeprom_to_application, esi, "
-            "factory_start_up_ms, file_password, firmware, forwarding_ns, hot_connect, input, ip, lrw, model, name, "
+            "factory_start_up_ms, file_password, firmware, forwarding_ns, hot_connect, idn, input, ip, lrw, model, "
+            "name, "
             "names, parameter_file, pdo, persona, plant, processing_ns, product_code, revision, sdo, serial, sii, "
-            "sii_file, start_up_ms, startup, switch, timeouts, vendor_id, watchdog"},
+            "sii_file, start_up_ms, startup, state_timeout_ms, switch, timeouts, vendor_id, watchdog"},
         WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\nmass = 5\n",
                   ":4: [slave 1.plant] mass: unknown key, expected one of: brake_torque_nm, coulomb_friction_nm, "
                   "dc_link, dc_link_v, encoder, inertia_kg_m2, initial_position_rev, load, max_speed_rpm, "
