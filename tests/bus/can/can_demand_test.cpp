@@ -112,12 +112,13 @@ TEST(CanDemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
 /// control words came before the setpoints (602); a drive was taken for standing by a report of before missed periods
 /// (177); SYNC that was late by a frame (200, 549); answers lost, and setpoints refused, while the axis accelerated
 /// (135); refused setpoints that counted as possibly taken (1536, 4077, 6120); more setpoints missing in a drive than
-/// it bridges, behind an absence (4725, 5338).
+/// it bridges, behind an absence (4725, 5338); all of the acceleration behind an extrapolated setpoint that was beside
+/// the curve, which a drive then pursued and overtook (8335).
 TEST(CanDemandCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
   DemandCoverage coverage;
   constexpr std::array kSeeds{45U,  135U, 140U, 177U, 196U, 200U,  263U,  363U,  364U,  443U,
                               487U, 528U, 549U, 569U, 588U, 602U,  726U,  734U,  744U,  746U,
-                              764U, 765U, 741U, 481U, 974U, 1536U, 4077U, 6120U, 4725U, 5338U};
+                              764U, 765U, 741U, 481U, 974U, 1536U, 4077U, 6120U, 4725U, 5338U, 8335U};
   for (const auto seed : std::span(kSeeds).first(test::share_of(kSeeds.size()))) {
     DemandSequence<CanDemandLine> sequence(seed, coverage);
     EXPECT_EQ(sequence.execute(), "") << "seed " << seed;

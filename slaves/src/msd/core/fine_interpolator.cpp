@@ -16,6 +16,10 @@ constexpr double kSteady = 2.0;
 /// rad/s^2. An output that took it for a leap would follow at the same rate, which the curve uses as well: it would be
 /// behind until the curve has its highest speed, and catch up beyond that.
 constexpr double kLeap = 1.01;
+/// Change from rise to rise, as such a multiple, that counts as a leap behind an extrapolated sample, which is beside
+/// the curve by the change of speed in its own period. The slope at a sample is the mean of two rises, so that half
+/// of what one change has beyond the limit is in the slope.
+constexpr double kLeapOfRise = 1.02;
 /// Rise, in such changes, above which a double rise cannot be acceleration: twice the rise minus (1 + 2) changes
 /// exceeds the rise plus one change.
 constexpr double kFast = 4.0;
@@ -175,7 +179,8 @@ bool FineInterpolator::leaps() const noexcept {
   if (ends_at_newest) return false;
   const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s_);
   if (std::abs(slope - output_.velocity) > most) return true;
-  return std::abs(samples_[0] - 2.0 * samples_[1] + samples_[2]) / period_s_ > most;
+  const double change_of_rise = std::abs(samples_[0] - 2.0 * samples_[1] + samples_[2]) / period_s_;
+  return change_of_rise > kLeapOfRise * stop_rate_ * period_s_;
 }
 
 /// Restarts the curve at the samples; the output then approaches it.

@@ -359,30 +359,35 @@ TEST(FineInterpolator, JitterOfTheBusDoesNotChangeTheSpeed) {
 }
 
 // A controller that uses all of the rate limit behind a sample that was missing, with targets that are whole
-// increments: nothing pursues the curve at its own rate, which would stay behind.
+// increments, from constant speed and from a weak braking, with which the extrapolated sample is not exact: nothing
+// pursues the curve at its own rate, which would stay behind.
 TEST(FineInterpolator, AllOfTheRateLimitIsNoLeap) {
   constexpr std::uint32_t kLong = 32;
   constexpr double kRate = 1000.0;
   constexpr double kLongPeriod = kLong * kStep;
   constexpr double kIncrement = 6.283185307179586 / 1048576.0;
-  for (int part = 0; part < 16; ++part) {
-    const auto position = [part](int n) {
-      const double t = std::max(n - 7, 0) * kLongPeriod;
-      const double exact = (20.0 * n * kLongPeriod + 0.5 * kRate * t * t) / kIncrement;
-      return std::round(exact + part / 16.0) * kIncrement;
-    };
-    FineInterpolator f;
-    f.set_limits(8, kRate);
-    f.configure(Method::kSpline, kLong, kStep);
-    f.reset(0.0, 20.0);
-    FineInterpolator all = f;
-    for (int n = 0; n < 24; ++n) {
-      all.push(position(n + 2));
-      if (n != 5) f.push(position(n + 2));  // the last one of the straight motion
-      run(f, kLong);
-      run(all, kLong);
+  for (const double braking : {0.0, 16.0}) {
+    for (int part = 0; part < 16; ++part) {
+      SCOPED_TRACE(testing::Message() << part << "/16 of an increment, braking with " << braking);
+      const auto position = [part, braking](int n) {
+        const double weak = std::min(n - 7, 0) * kLongPeriod;
+        const double strong = std::max(n - 7, 0) * kLongPeriod;
+        const double exact = 20.0 * n * kLongPeriod - 0.5 * braking * weak * weak + 0.5 * kRate * strong * strong;
+        return std::round(exact / kIncrement + part / 16.0) * kIncrement;
+      };
+      FineInterpolator f;
+      f.set_limits(8, kRate);
+      f.configure(Method::kSpline, kLong, kStep);
+      f.reset(position(0), 20.0);
+      FineInterpolator all = f;
+      for (int n = 0; n < 24; ++n) {
+        all.push(position(n + 2));
+        if (n != 5) f.push(position(n + 2));  // the last one before the acceleration
+        run(f, kLong);
+        run(all, kLong);
+      }
+      EXPECT_NEAR(f.value(), all.value(), 1e-6);
     }
-    EXPECT_NEAR(f.value(), all.value(), 1e-6) << part;
   }
 }
 
