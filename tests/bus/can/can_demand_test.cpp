@@ -116,9 +116,9 @@ TEST(CanDemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
 /// the curve, which a drive then pursued and overtook (8335).
 TEST(CanDemandCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
   DemandCoverage coverage;
-  constexpr std::array kSeeds{45U,  135U, 140U, 177U, 196U, 200U,  263U,  363U,  364U,  443U,
-                              487U, 528U, 549U, 569U, 588U, 602U,  726U,  734U,  744U,  746U,
-                              764U, 765U, 741U, 481U, 974U, 1536U, 4077U, 6120U, 4725U, 5338U, 8335U};
+  constexpr std::array kSeeds{45U,  135U, 140U, 177U,  196U,  200U,  263U,  363U,  364U, 443U, 487U,
+                              528U, 549U, 569U, 588U,  602U,  726U,  734U,  744U,  746U, 764U, 765U,
+                              741U, 481U, 974U, 1536U, 4077U, 6120U, 4725U, 5338U, 8335U};
   for (const auto seed : std::span(kSeeds).first(test::share_of(kSeeds.size()))) {
     DemandSequence<CanDemandLine> sequence(seed, coverage);
     EXPECT_EQ(sequence.execute(), "") << "seed " << seed;

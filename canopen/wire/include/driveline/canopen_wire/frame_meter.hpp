@@ -9,7 +9,7 @@ inline constexpr std::size_t kTrailerBits = 1 + 1 + 1 + 7;
 /// Recessive bits between two frames.
 inline constexpr std::size_t kInterframeBits = 3;
 
-/// CRC and bit stuffing of several bits at a time, by tables.
+/// CRC and bit stuffing of a byte at a time, by tables.
 namespace frame_table {
 
 inline constexpr unsigned kCrcBits = 15;
@@ -20,19 +20,18 @@ inline constexpr unsigned kCrcMask = 0x7FFF;
 inline constexpr unsigned kLongestRun = 4;
 inline constexpr unsigned kStates = 2 * kLongestRun;
 
-// What some bits do to a state, in one number: the state behind them, as the place of its row in a table, and the stuff
-// bits among them in the low byte, so that the low byte of a sum of steps has those of all.
-using Step = std::uint16_t;
-inline constexpr unsigned kRow = 256;
-inline constexpr unsigned kPlace = (kStates - 1) * kRow;
-inline constexpr unsigned kStuffed = kRow - 1;
+// What some bits do to a state, in a byte: the state behind them, as the place of its byte in a row, and the number of
+// stuff bits among them.
+inline constexpr unsigned kPlaceUnit = 8;
+inline constexpr unsigned kPlace = (kStates - 1) * kPlaceUnit;
+inline constexpr unsigned kStuffed = kPlaceUnit - 1;
 
-/// What `count` bits do to a state; the most significant one comes first.
-constexpr Step after(unsigned state, unsigned bits, unsigned count) noexcept {
+/// What the eight bits of a byte do to a state; the most significant one comes first.
+constexpr std::uint64_t after(unsigned state, unsigned bits) noexcept {
   bool level = state >= kLongestRun;
   unsigned run = state % kLongestRun + 1;
   unsigned stuffed = 0;
-  for (unsigned i = count; i-- > 0;) {
+  for (unsigned i = 8; i-- > 0;) {
     const bool bit = (bits >> i & 1U) != 0;
     run = bit == level ? run + 1 : 1;
     level = bit;
@@ -41,16 +40,17 @@ constexpr Step after(unsigned state, unsigned bits, unsigned count) noexcept {
     level = !level;
     run = 1;
   }
-  return static_cast<Step>(((level ? kLongestRun : 0U) + run - 1) * kRow | stuffed);
+  return ((level ? kLongestRun : 0U) + run - 1) * kPlaceUnit | stuffed;
 }
 
-/// after() for every state and all values of `count` bits, 8 at most: the row of a state has kRow places.
-constexpr auto make_stuffing(unsigned count) noexcept {
-  std::array<Step, kStates * kRow> table{};
-  for (unsigned state = 0; state < kStates; ++state) {
-    for (unsigned bits = 0; bits < 1U << count; ++bits) table[state * kRow + bits] = after(state, bits, count);
+/// A row for each value of a byte: after() for every state. The rows of all bytes can be loaded at the same time,
+/// because only the shift in a row depends on the byte before.
+constexpr auto make_stuffing() noexcept {
+  std::array<std::uint64_t, 256> rows{};
+  for (unsigned bits = 0; bits < rows.size(); ++bits) {
+    for (unsigned state = 0; state < kStates; ++state) rows[bits] |= after(state, bits) << kPlaceUnit * state;
   }
-  return table;
+  return rows;
 }
 
 /// The remainder behind eight more bits that are 0.
@@ -74,23 +74,20 @@ constexpr auto make_crc() noexcept {
   return table;
 }
 
-inline constexpr auto kByte = make_stuffing(8);
-inline constexpr auto kEndOfCrc = make_stuffing(kCrcBits - 8);
+inline constexpr auto kStuffing = make_stuffing();
 inline constexpr auto kCrc = make_crc();
 
 /// Stuff bits of a frame. It begins behind a dominant bit.
 struct Stuffing {
-  std::uint32_t place = 0;  ///< row of the tables
-  std::uint32_t steps = 0;  ///< sum
+  std::uint32_t place = 0;  ///< of the byte in each row
+  std::uint32_t bits = 0;   ///< stuff bits so far
 
-  /// Adds bits that are a place in a row of this table.
-  constexpr void add(const std::array<Step, kStates * kRow>& table, unsigned bits) noexcept {
-    const unsigned step = table[place | bits];
-    steps += step;
+  /// Adds eight bits.
+  constexpr void add(unsigned byte) noexcept {
+    const auto step = static_cast<std::uint32_t>(kStuffing[byte] >> place);
+    bits += step & kStuffed;
     place = step & kPlace;
   }
-  /// Number of stuff bits so far.
-  [[nodiscard]] constexpr std::uint32_t bits() const noexcept { return steps & kStuffed; }
 };
 
 }  // namespace frame_table
@@ -108,7 +105,7 @@ class FrameMeter {
     // Whole bytes: levels that change in each bit cause no stuff bits, and zeros in front do not change the CRC.
     const std::uint64_t filled = bits | (extended ? 0x1ULL : 0x15ULL) << size;
     for (unsigned i = (size + 7) / 8; i-- > 0;) {
-      stuffing_.add(frame_table::kByte, static_cast<unsigned>(filled >> 8 * i) & 0xFFU);
+      stuffing_.add(static_cast<unsigned>(filled >> 8 * i) & 0xFFU);
       crc_ = behind_zeros(crc_ ^ (static_cast<unsigned>(bits >> 8 * i) & 0xFFU) << kLowBits);
     }
     for (std::size_t i = 0; i < frame.payload().size(); ++i) crc_ = behind_zeros(crc_);
@@ -122,7 +119,7 @@ class FrameMeter {
     auto crc = crc_;
     const auto add = [&](std::size_t from_end) {
       const auto byte = std::to_integer<unsigned>(data[data.size() - from_end]);
-      stuffing.add(frame_table::kByte, byte);
+      stuffing.add(byte);
       crc ^= frame_table::kCrc[from_end - 1][byte];
     };
     // Not a loop, whose own instructions would be a third of all.
@@ -154,9 +151,10 @@ class FrameMeter {
       case 0:
         break;
     }
-    stuffing.add(frame_table::kByte, crc >> kLowBits);
-    stuffing.add(frame_table::kEndOfCrc, crc & ((1U << kLowBits) - 1));
-    return bits_ + stuffing.bits();
+    stuffing.add(crc >> kLowBits);
+    // Filled to a byte by the other level of the last bit, which causes no stuff bit.
+    stuffing.add((crc << 1 | (~crc & 1U)) & 0xFFU);
+    return bits_ + stuffing.bits;
   }
 
  private:
