@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -210,6 +211,80 @@ Outcome<std::unique_ptr<runtime::DriveNetworks>> start_networks(const runtime::L
   std::_Exit(1);
 }
 
+/// The line of the description; a second interface is for a line with two ends.
+Outcome<runtime::LineConfig> load_line(const runtime::BusOptions& bus) {
+  auto config = runtime::load_line_config(bus.config);
+  if (!config) return tl::unexpected(config.error());
+  for (const auto& note : config->notes) progress("{}", note);
+  const bool ring = config->wiring && config->wiring->master(slaves::MasterPort::kSecondary);
+  if (!bus.interface2.empty() && !ring) {
+    return misused(
+        fmt::format("--iface2 {}: the line of {} has only one end; [wiring] preset = \"ring\" connects the last slave "
+                    "to a second interface",
+                    bus.interface2, bus.config));
+  }
+  return std::move(*config);
+}
+
+/// Starts the thread that serves the line. Real-time settings are applied as far as possible: the simulation replaces
+/// hardware, which has no scheduler.
+Outcome<void> start_server(rt::RealtimeThread& thread, const runtime::LineConfig& config, runtime::LineServer& server) {
+  rt::RealtimeConfig realtime = config.realtime;
+  realtime.policy = rt::RealtimePolicy::kDegrade;
+  realtime.name = "driveline-line";
+  realtime.cpu = cpu_of_the_line(config);
+  const auto report = thread.start(realtime, server);
+  if (!report) return failed(report.error().message());
+  for (const auto& text : rt::to_lines(*report)) progress("  {}", text);
+  return {};
+}
+
+/// Executes commands and reports until a signal or a command ends the program.
+void run_commands(CommandInput& input, LineConsole& console, Reporter reporter) {
+  ConsoleCommands commands(console);
+  while (!rt::stop_requested() && !console.ended()) {
+    input.run(kWatchInterval, commands);
+    console.tell_events();
+    reporter.tell();
+  }
+}
+
+Outcome<int> simulate_ethercat(const SimulateOptions& options) {
+  const auto& bus = options.bus;
+  const auto config = load_line(bus);
+  if (!config) return tl::unexpected(config.error());
+  rt::MonotonicClock clock;
+  const auto interfaces = open_interfaces(options, clock);
+  if (!interfaces) return tl::unexpected(interfaces.error());
+  auto input = CommandInput::open(options.control);
+  if (!input) return tl::unexpected(input.error());
+  std::vector<std::string> served{bus.interface};
+  if (!bus.interface2.empty()) served.push_back(bus.interface2);
+  const auto locks = runtime::take_locks(served, options.force, "answer there as well");
+  if (!locks) return tl::unexpected(locks.error());
+  const auto line = runtime::make_simulated_line(*config, clock, interfaces->secondary != nullptr);
+  const auto networks = start_networks(*config, *line);
+  if (!networks) return tl::unexpected(networks.error());
+  runtime::LineServer server(*line, *interfaces->primary, interfaces->secondary.get(), clock,
+                             {options.busy_poll, [&](nanoseconds deadline) { interfaces->waiter->wait(deadline); }});
+  LineConsole console(server.orders(), *line, names_of(*config));
+  rt::RealtimeThread thread;
+  if (const auto started = start_server(thread, *config, server); !started) return tl::unexpected(started.error());
+  if (options.busy_poll) tell_throttling();
+  progress("{} slaves on {}; Ctrl-C ends the program, \"help\" lists the faults", line->size(),
+           fmt::join(served, " and "));
+
+  run_commands(**input, console, Reporter(server, console, clock));
+  thread.request_stop();
+  if (!thread.join_for(kStopTimeout)) end_without_the_line();
+  console.tell_events();
+  const auto saved = save_eeproms(*config, *line);
+  print_out("{} frames served, {} not sent; {}\nstates:{}\n", server.frames(), server.send_failures(),
+            turn_around_text(server.turn_around()), states_summary(*line));
+  if (!saved) return tl::unexpected(saved.error());
+  return 0;
+}
+
 Outcome<int> simulate(const SimulateOptions& options) {
   rt::catch_stop_signals();
   const auto& bus = options.bus;
@@ -229,60 +304,7 @@ Outcome<int> simulate(const SimulateOptions& options) {
   if (bus.interface.empty()) {
     return misused("needs --iface NAME: where to serve the line; scripts/veth.sh makes a pair of interfaces for it");
   }
-  auto config = runtime::load_line_config(bus.config);
-  if (!config) return tl::unexpected(config.error());
-  for (const auto& note : config->notes) progress("{}", note);
-  const bool ring = config->wiring && config->wiring->master(slaves::MasterPort::kSecondary);
-  if (!options.bus.interface2.empty() && !ring) {
-    return misused(
-        fmt::format("--iface2 {}: the line of {} has only one end; [wiring] preset = \"ring\" connects the last slave "
-                    "to a second interface",
-                    options.bus.interface2, bus.config));
-  }
-  rt::MonotonicClock clock;
-  const auto interfaces = open_interfaces(options, clock);
-  if (!interfaces) return tl::unexpected(interfaces.error());
-  auto input = CommandInput::open(options.control);
-  if (!input) return tl::unexpected(input.error());
-  std::vector<std::string> served{bus.interface};
-  if (!bus.interface2.empty()) served.push_back(bus.interface2);
-  const auto locks = runtime::take_locks(served, options.force, "answer there as well");
-  if (!locks) return tl::unexpected(locks.error());
-  const auto line = runtime::make_simulated_line(*config, clock, interfaces->secondary != nullptr);
-  const auto networks = start_networks(*config, *line);
-  if (!networks) return tl::unexpected(networks.error());
-  runtime::LineServer server(*line, *interfaces->primary, interfaces->secondary.get(), clock,
-                             {options.busy_poll, [&](nanoseconds deadline) { interfaces->waiter->wait(deadline); }});
-  LineConsole console(server.orders(), *line, names_of(*config));
-
-  // Real-time settings are applied as far as possible: the simulation replaces hardware, which has no scheduler.
-  rt::RealtimeConfig realtime = config->realtime;
-  realtime.policy = rt::RealtimePolicy::kDegrade;
-  realtime.name = "driveline-line";
-  realtime.cpu = cpu_of_the_line(*config);
-  rt::RealtimeThread thread;
-  const auto report = thread.start(realtime, server);
-  if (!report) return failed(report.error().message());
-  for (const auto& text : rt::to_lines(*report)) progress("  {}", text);
-  if (options.busy_poll) tell_throttling();
-  progress("{} slaves on {}{}{}; Ctrl-C ends the program, \"help\" lists the faults", line->size(), bus.interface,
-           options.bus.interface2.empty() ? "" : " and ", options.bus.interface2);
-
-  ConsoleCommands commands(console);
-  Reporter reporter(server, console, clock);
-  while (!rt::stop_requested() && !console.ended()) {
-    (*input)->run(kWatchInterval, commands);
-    console.tell_events();
-    reporter.tell();
-  }
-  thread.request_stop();
-  if (!thread.join_for(kStopTimeout)) end_without_the_line();
-  console.tell_events();
-  const auto saved = save_eeproms(*config, *line);
-  print_out("{} frames served, {} not sent; {}\nstates:{}\n", server.frames(), server.send_failures(),
-            turn_around_text(server.turn_around()), states_summary(*line));
-  if (!saved) return tl::unexpected(saved.error());
-  return 0;
+  return simulate_ethercat(options);
 }
 
 }  // namespace

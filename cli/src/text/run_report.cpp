@@ -256,13 +256,10 @@ nlohmann::json authority_to_json(const std::vector<runtime::AuthorityRecord>& re
   return rows;
 }
 
-}  // namespace
-
-nlohmann::json to_json(const runtime::RunReport& report) {
-  const auto& statistics = report.statistics;
-  nlohmann::json axes = nlohmann::json::array();
-  for (const auto& axis : report.axes) {
-    axes.push_back({{"name", axis.name},
+nlohmann::json axes_to_json(const std::vector<runtime::AxisRunReport>& axes) {
+  auto rows = nlohmann::json::array();
+  for (const auto& axis : axes) {
+    rows.push_back({{"name", axis.name},
                     {"slave", axis.slave ? nlohmann::json(*axis.slave) : nlohmann::json()},
                     {"owner", axis.owner},
                     {"following_error_max", axis.following_error_max},
@@ -274,9 +271,77 @@ nlohmann::json to_json(const runtime::RunReport& report) {
                     {"increments_per_position_unit", axis.increments_per_unit},
                     {"unavailable_cycles", axis.unavailable_cycles}});
     if (!axis.by_drive) continue;
-    axes.back()["drive_following_error_max"] = axis.by_drive->maximum;
-    axes.back()["drive_following_error_rms"] = axis.by_drive->rms;
+    rows.back()["drive_following_error_max"] = axis.by_drive->maximum;
+    rows.back()["drive_following_error_rms"] = axis.by_drive->rms;
   }
+  return rows;
+}
+
+/// Adds what only some lines have.
+void add_parts(nlohmann::json& document, const runtime::RunReport& report) {
+  if (!report.interfaces.empty()) document["interfaces"] = interfaces_to_json(report.interfaces);
+  if (!report.axis_groups.empty()) document["axis_groups"] = groups_to_json(report.axis_groups);
+  if (report.ring) {
+    document["ring"] = {{"state", ring_state(report.ring->status.state)},
+                        {"merged", report.ring->merged},
+                        {"halves", report.ring->halves},
+                        {"late_halves", report.ring->late_halves}};
+  }
+  if (report.can) document["can"] = can_to_json(report);
+  if (report.process_data) document["process_data"] = cli::to_json(*report.process_data);
+  if (report.eoe) document["eoe"] = cli::to_json(*report.eoe);
+  if (!report.gateway_clients.empty()) document["gateway"] = cli::to_json(report.gateway_clients);
+  if (report.events_left_out > 0) document["events_left_out"] = report.events_left_out;
+  if (!report.authority.empty()) document["authority"] = authority_to_json(report.authority);
+  if (!report.inputs.empty()) document["inputs"] = cli::to_json(report.inputs);
+}
+
+std::string counters_to_text(const runtime::RunReport& report) {
+  const auto& statistics = report.statistics;
+  std::string text =
+      fmt::format("  cycles {:>18}\n  missed periods {:>10}\n  {} {:>{}}\n  lost frames {:>13}", statistics.cycles,
+                  statistics.missed_periods, report.can ? "lost answers" : "WKC errors", statistics.wkc_errors,
+                  report.can ? 12 : 14, statistics.lost_frames);
+  // Frames that arrived after their deadline were not lost on the wire.
+  if (statistics.late_frames > 0) text += fmt::format(" ({} of them came late)", statistics.late_frames);
+  text += "\n";
+  if (statistics.flooded_cycles > 0)
+    text += fmt::format("  flooded cycles {:>10}   (too many frames of other senders)\n", statistics.flooded_cycles);
+  if (const auto longest = statistics.longest_absence; longest.count() > 0) {
+    text += fmt::format("  longest absence {:>9.1f} ms, at {:.3f} s\n", static_cast<double>(longest.count()) / 1e6,
+                        report.longest_absence_at_s);
+  }
+  if (report.path_late.count() > 0) {
+    text += fmt::format("  path late {:>15.1f} ms\n", static_cast<double>(report.path_late.count()) / 1e6);
+  }
+  return text;
+}
+
+std::string times_to_text(const runtime::RunReport& report) {
+  const auto& statistics = report.statistics;
+  auto text = fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}\n", "time in us", "p50", "p99", "p99.9", "max");
+  text += row("wake-up latency", statistics.wake_latency) + row("cycle cost", statistics.cost) +
+          row(report.round_trip_modelled ? "round trip (modelled)" : "round trip", statistics.round_trip);
+  if (report.thread) text += thread_to_text(*report.thread, report.wake_ahead);
+  if (!report.clocks) return text;
+  const auto& differences = report.clocks->differences;
+  text += fmt::format("\n  clocks: {}; slaves off the reference clock by p50 {} ns, p99 {} ns, max {} ns\n",
+                      report.clocks->locked ? "locked" : "NOT LOCKED", differences.percentile(0.5).count(),
+                      differences.percentile(0.99).count(), differences.max().count());
+  return text + margins_to_text(report.clocks->margins);
+}
+
+std::string endpoints_to_text(const runtime::RunReport& report) {
+  auto text = telemetry_to_text(report.telemetry);
+  if (report.eoe) text += fmt::format("\n  EoE\n{}\n", to_text(*report.eoe));
+  if (report.gateway_clients.empty()) return text;
+  return text + fmt::format("\n  mailbox gateway\n{}\n", to_text(report.gateway_clients));
+}
+
+}  // namespace
+
+nlohmann::json to_json(const runtime::RunReport& report) {
+  const auto& statistics = report.statistics;
   nlohmann::json files = nlohmann::json::object();
   for (const auto& [key, path] : report.files) files[key] = path.string();
   nlohmann::json document = {{"state", report.state},
@@ -298,62 +363,21 @@ nlohmann::json to_json(const runtime::RunReport& report) {
                              {"round_trip_modelled", report.round_trip_modelled},
                              {"realtime_thread", thread_to_json(report)},
                              {"dc", clocks_to_json(report.clocks)},
-                             {"axes", std::move(axes)},
+                             {"axes", axes_to_json(report.axes)},
                              {"telemetry", telemetry_to_json(report.telemetry)},
                              {"faults", faults_of(report)},
                              {"events", events_of(report)},
                              {"recoveries", report.recoveries},
                              {"files", std::move(files)}};
-  if (!report.interfaces.empty()) document["interfaces"] = interfaces_to_json(report.interfaces);
-  if (!report.axis_groups.empty()) document["axis_groups"] = groups_to_json(report.axis_groups);
-  if (report.ring) {
-    document["ring"] = {{"state", ring_state(report.ring->status.state)},
-                        {"merged", report.ring->merged},
-                        {"halves", report.ring->halves},
-                        {"late_halves", report.ring->late_halves}};
-  }
-  if (report.can) document["can"] = can_to_json(report);
-  if (report.process_data) document["process_data"] = to_json(*report.process_data);
-  if (report.eoe) document["eoe"] = to_json(*report.eoe);
-  if (!report.gateway_clients.empty()) document["gateway"] = to_json(report.gateway_clients);
-  if (report.events_left_out > 0) document["events_left_out"] = report.events_left_out;
-  if (!report.authority.empty()) document["authority"] = authority_to_json(report.authority);
-  if (!report.inputs.empty()) document["inputs"] = to_json(report.inputs);
+  add_parts(document, report);
   return document;
 }
 
 std::string to_text(const runtime::RunReport& report) {
-  const auto& statistics = report.statistics;
   std::string text = fmt::format("\n{}: {} axes, cycle {} us, {:.3f} s in operation, line state {}\n\n", report.line,
                                  report.axes.size(), static_cast<double>(report.period.count()) / 1000.0,
                                  report.duration_s, report.state);
-  text += fmt::format("  cycles {:>18}\n  missed periods {:>10}\n  {} {:>{}}\n  lost frames {:>13}", statistics.cycles,
-                      statistics.missed_periods, report.can ? "lost answers" : "WKC errors", statistics.wkc_errors,
-                      report.can ? 12 : 14, statistics.lost_frames);
-  // Frames that arrived after their deadline were not lost on the wire.
-  if (statistics.late_frames > 0) text += fmt::format(" ({} of them came late)", statistics.late_frames);
-  text += "\n";
-  if (statistics.flooded_cycles > 0)
-    text += fmt::format("  flooded cycles {:>10}   (too many frames of other senders)\n", statistics.flooded_cycles);
-  if (const auto longest = statistics.longest_absence; longest.count() > 0) {
-    text += fmt::format("  longest absence {:>9.1f} ms, at {:.3f} s\n", static_cast<double>(longest.count()) / 1e6,
-                        report.longest_absence_at_s);
-  }
-  if (report.path_late.count() > 0) {
-    text += fmt::format("  path late {:>15.1f} ms\n", static_cast<double>(report.path_late.count()) / 1e6);
-  }
-  text += "\n";
-  text += fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}\n", "time in us", "p50", "p99", "p99.9", "max");
-  text += row("wake-up latency", statistics.wake_latency) + row("cycle cost", statistics.cost) +
-          row(report.round_trip_modelled ? "round trip (modelled)" : "round trip", statistics.round_trip);
-  if (report.thread) text += thread_to_text(*report.thread, report.wake_ahead);
-  if (report.clocks) {
-    const auto& differences = report.clocks->differences;
-    text += fmt::format("\n  clocks: {}; slaves off the reference clock by p50 {} ns, p99 {} ns, max {} ns\n",
-                        report.clocks->locked ? "locked" : "NOT LOCKED", differences.percentile(0.5).count(),
-                        differences.percentile(0.99).count(), differences.max().count());
-    text += margins_to_text(report.clocks->margins);
-  }
+  text += counters_to_text(report) + '\n' + times_to_text(report);
   for (const auto& interface : report.interfaces) {
     text += fmt::format("\n  interface {}: {}\n", interface.name, interface.access_method);
   }
@@ -365,11 +389,7 @@ std::string to_text(const runtime::RunReport& report) {
     text += axes_to_text(report.axes, report.increments);
   }
   text += groups_to_text(report.axis_groups);
-  text += telemetry_to_text(report.telemetry);
-  if (report.eoe) text += fmt::format("\n  EoE\n{}\n", to_text(*report.eoe));
-  if (!report.gateway_clients.empty()) {
-    text += fmt::format("\n  mailbox gateway\n{}\n", to_text(report.gateway_clients));
-  }
+  text += endpoints_to_text(report);
   text += events_to_text(report);
   if (report.events_left_out > 0)
     text +=
